@@ -1,0 +1,16 @@
+#include "core/context.hpp"
+
+#include <algorithm>
+
+namespace hexopt {
+
+void Context::log(LogLevel level, std::string_view message) const {
+    if (log_) log_(level, message);
+}
+
+void Context::report(std::string_view stage, double fraction, std::string_view detail) {
+    fraction_ = std::clamp(fraction, fraction_, 1.0);
+    if (progress_) progress_(stage, fraction_, detail);
+}
+
+} // namespace hexopt

@@ -1,0 +1,36 @@
+#include "core/parallel.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/partitioner.h>
+#include <tbb/task_arena.h>
+
+namespace hexopt {
+
+struct Parallel::Arena {
+    explicit Arena(int threads) : arena(threads) {}
+    tbb::task_arena arena;
+};
+
+Parallel::Parallel(int threads)
+    : threads_(threads > 0 ? threads : std::max(1, tbb::this_task_arena::max_concurrency())),
+      arena_(threads_ > 1 ? std::make_unique<Arena>(threads_) : nullptr) {}
+
+Parallel::~Parallel() = default;
+
+void Parallel::for_chunks(std::size_t count, std::size_t chunk,
+                          const std::function<void(std::size_t, std::size_t)>& body) const {
+    const std::size_t chunks = (count + chunk - 1) / chunk;
+    auto run = [&](std::size_t c) { body(c * chunk, std::min(count, (c + 1) * chunk)); };
+    if (!arena_ || chunks <= 1) {
+        for (std::size_t c = 0; c < chunks; ++c) run(c);
+        return;
+    }
+    arena_->arena.execute([&] {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks, 1), [&](const auto& range) {
+            for (std::size_t c = range.begin(); c < range.end(); ++c) run(c);
+        });
+    });
+}
+
+} // namespace hexopt

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "mesh/hex_mesh.hpp"
+#include "mesh/topology.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace hexopt {
+
+class BoundaryModel; // domain/boundary_model.hpp
+
+enum class OptimizeMethod {
+    robust, ///< regularised energy over all 32 tetrahedra, Newton-PCG, then max-min (default)
+    thesis, ///< Algorithms 1-3 of the thesis with the printed loop counts
+};
+
+enum class Energy { structural, shape, hyperelastic, regularised };
+
+enum class Decomposition { corner8, path24, all32 };
+
+enum class BoundaryMode { fixed, slide };
+
+enum class UntangleTarget { axis, extended, deepest_point };
+
+/// What the optimizer may do. Lengths are in model units unless the name says otherwise.
+struct OptimizeOptions {
+    OptimizeMethod method = OptimizeMethod::robust;
+    Energy energy = Energy::regularised;
+    Decomposition decomposition = Decomposition::all32;
+    BoundaryMode boundary = BoundaryMode::slide;
+    UntangleTarget untangle = UntangleTarget::deepest_point; ///< thesis method only
+    double max_deviation_rel = 0; ///< 0..0.1 of the bounding-box diagonal; 0: on the surface, features exact
+    bool max_min = true;          ///< final stage that raises the worst cells
+    double min_sj = 1;            ///< stop once the minimum scaled Jacobian reaches this; -1..1
+    double time_limit_s = std::numeric_limits<double>::infinity();
+    int max_iterations = 1000000; ///< Newton steps or sweeps, all phases together; >= 1
+};
+
+/// What was reached, as counted by the optimizer itself (the report measures the written mesh anew).
+struct OptimizeStats {
+    std::size_t bad8_before = 0, bad8_after = 0;   ///< cells with a non-positive corner tetrahedron
+    std::size_t bad32_before = 0, bad32_after = 0; ///< cells with a non-positive one of all 32 tetrahedra
+    double min_sj_before = 0, min_sj_after = 0;
+    int newton_steps = 0, sweeps = 0, cg_iterations = 0;
+    double seconds = 0;
+    double max_deviation_used = 0; ///< largest distance of a boundary vertex from the surface, model units
+    bool restored_input = false;   ///< nothing better than the input was found, which is returned unchanged
+    std::vector<Index> infeasible_cells; ///< cells proved to stay bad whatever the free vertices do
+    std::vector<std::string> notes;      ///< what the user should know, one sentence each
+};
+
+/// Improves the positions of `mesh`; connectivity and hanging constraints stay. Never worse: the counts of
+/// bad cells and the minimum scaled Jacobian never end below the input's. `surface`: where boundary vertices
+/// may move; ignored with BoundaryMode::fixed, required with slide. Cancelled: returns ErrorCode::cancelled
+/// and leaves in `mesh` the best valid state so far (never worse than the input). Source: regularised energy
+/// after Garanzha et al. 2021; thesis chapter 4 for the rest.
+Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+                               const OptimizeOptions& options, Context& context);
+
+} // namespace hexopt
