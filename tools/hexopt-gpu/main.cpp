@@ -1,39 +1,31 @@
 #include "command.hpp"
 
-#include <csignal>
 #include <cstdio>
-
-namespace {
-
-hexopt::Context* g_context_for_signals = nullptr;
-
-extern "C" void on_interrupt(int) {
-    if (g_context_for_signals) g_context_for_signals->cancel();
-}
-
-} // namespace
-
-void hexopt::cli::Session::fail(const Error& error) {
-    std::fprintf(stderr, "error: %s\n", error.one_line().c_str());
-    exit_code = static_cast<int>(error.code);
-}
+#include <exception>
+#include <new>
 
 int main(int argc, char** argv) {
     using namespace hexopt;
-    Context context;
-    g_context_for_signals = &context;
-    std::signal(SIGINT, on_interrupt);
-    std::signal(SIGTERM, on_interrupt);
-
     cli::Session session;
-    session.context = &context;
     CLI::App app{"Hexahedral mesh optimizer on Vulkan and CPU", "hexopt-gpu"};
+    app.set_version_flag("--version", "hexopt-gpu " HEXOPT_VERSION);
     app.require_subcommand(1);
-    app.set_version_flag("--version", "hexopt-gpu 0.1.0");
+#define HEXOPT_COMMAND(name) cli::add_##name(app, session);
+#include "commands.def"
+#undef HEXOPT_COMMAND
     try {
         app.parse(argc, argv);
+        std::fflush(stdout);
+        if (std::ferror(stdout) != 0)
+            session.fail(make_error(ErrorCode::output_failed, "stdout", "", "could not be written"));
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : static_cast<int>(ErrorCode::usage);
+        if (app.exit(error, std::cout, std::cerr) == 0) return 0;
+        return static_cast<int>(ErrorCode::usage);
+    } catch (const std::bad_alloc&) {
+        session.fail(
+            make_error(ErrorCode::out_of_memory, "", "", "out of memory; a mesh needs about 1 KB a cell"));
+    } catch (const std::exception& error) {
+        session.fail(make_error(ErrorCode::bad_input, "", "", error.what()));
     }
-    return session.exit_code;
+    return session.exit_code();
 }
