@@ -1,0 +1,167 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/box_tree.hpp"
+#include "mesh/hex_mesh.hpp"
+#include "mesh/topology.hpp"
+#include "mesh/triangle_soup.hpp"
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hexopt {
+
+/// What a mesh vertex is bound to.
+enum class EntityKind : std::uint8_t {
+    interior, ///< free in space
+    patch,    ///< slides on a patch
+    curve,    ///< slides on a feature curve
+    corner,   ///< fixed
+    hanging,  ///< placed by its masters (mesh.hanging); never associated itself
+};
+
+/// Binding of one vertex; `entity` numbers patches, curves and corners separately, kNoIndex for the others.
+struct Association {
+    EntityKind kind = EntityKind::interior;
+    Index entity = kNoIndex;
+    bool operator==(const Association&) const = default;
+};
+
+/// How features of a surface are recognised. Angles in degrees, 0..180.
+struct BoundaryOptions {
+    double feature_angle_deg = 35; ///< an edge is a feature where the normals beside it differ by more
+    double corner_turn_deg = 60;   ///< a vertex on a curve that turns by more is a corner
+    bool patch_borders = true;     ///< edges between named patches are features
+};
+
+/// Closest point on an entity.
+struct Projection {
+    Point point = {};
+    /// Unit normal of the closest triangle (patch) or unit tangent of the closest segment (curve); zero for
+    /// corners, interior and hanging vertices and where the element is degenerate.
+    Point direction = {};
+    /// The same interpolated from the vertices' (angle-weighted within the patch; mean of the two segments on
+    /// a curve): continuous over the entity.
+    Point smooth_direction = {};
+    Index element = kNoIndex; ///< triangle or segment: the hint for the next query nearby
+    double distance = 0;      ///< from the query to `point`, model units
+};
+
+/// The directions in which a vertex may move: axis[0..freedom) are the unit tangents, the rest complete a
+/// right-handed orthonormal basis (patch: axis[2] is the normal; curve: axis[0] is the tangent).
+struct LocalFrame {
+    std::array<Point, 3> axis;
+    int freedom; ///< 0 corner and hanging, 1 curve, 2 patch, 3 interior
+};
+
+/// Where a triangle of the model comes from: a boundary face of the mesh (its place in
+/// Topology::boundary_faces) or a triangle of the soup.
+using SourceFace = Index;
+
+/// The surface that boundary vertices slide on: patches of triangles, feature curves (polylines) and corners.
+/// Immutable once built; all queries are const and thread-safe. A query costs about a microsecond; its result
+/// does not depend on the hint, which only saves time.
+class BoundaryModel {
+  public:
+    std::size_t patch_count() const { return patches_.size(); }
+    std::size_t curve_count() const { return curves_.size(); }
+    std::size_t corner_count() const { return corners_.size(); }
+    std::size_t triangle_count() const { return triangles_.size(); }
+    std::size_t segment_count() const { return segments_.size(); }
+
+    /// Diagonal of the surface's bounding box, model units: what "relative" distances refer to.
+    double diagonal() const { return diagonal_; }
+
+    /// Binding of every vertex of the mesh that the model was built for.
+    std::span<const Association> associations() const { return association_; }
+
+    /// Closest point of patch `patch` (kNoIndex: of the whole surface). hint: `element` of an earlier result
+    /// on the same patch, or kNoIndex.
+    Projection project_patch(Index patch, const Point& query, Index hint = kNoIndex) const;
+    /// Closest point of curve `curve` (kNoIndex: of all curves; then there must be one).
+    Projection project_curve(Index curve, const Point& query, Index hint = kNoIndex) const;
+    /// Closest point of what a vertex is bound to; interior and hanging vertices stay where they are.
+    Projection project(Association bound_to, const Point& query, Index hint = kNoIndex) const;
+    /// Tangent directions at a projection obtained from project() with the same association.
+    LocalFrame local_frame(Association bound_to, const Projection& at) const;
+
+    /// Distance from `query` to the closest point of the whole surface.
+    double distance(const Point& query, Index hint = kNoIndex) const {
+        return project_patch(kNoIndex, query, hint).distance;
+    }
+    /// Largest angle (radians) between the normals of the patch's triangles (the tangents of the curve's
+    /// segments) that come within `radius` of `query`. Found by two sweeps, from the closest one and from the
+    /// one farthest from that: exact for most shapes, never below half of the true value. 0 for the others.
+    double normal_spread(Association bound_to, const Point& query, double radius) const;
+    /// Largest distance to the surface from a quad's corners, edge midpoints and centre. patch: restricts the
+    /// search, kNoIndex for the whole surface. hint as in project_patch; set to the centre's triangle.
+    double quad_deviation(std::span<const Point, 4> corners, Index patch, Index& hint) const;
+
+    const Point& corner_point(Index corner) const { return corners_[corner]; }
+    /// Triangles of a patch, [first, last).
+    std::array<Index, 2> patch_triangles(Index patch) const { return patches_[patch].element; }
+    /// Corners of a triangle, model units.
+    const std::array<Point, 3>& triangle(Index triangle) const { return triangles_[triangle].corner; }
+    SourceFace source_face(Index triangle) const { return source_[triangle]; }
+    Index patch_of_triangle(Index triangle) const { return patch_of_triangle_[triangle]; }
+    /// Points of a curve in order; a closed one repeats its first point at the end.
+    std::span<const Point> curve_points(Index curve) const { return curve_points_[curve]; }
+    bool curve_closed(Index curve) const { return curves_[curve].closed; }
+    /// The whole surface as triangles, one soup patch a patch of the model.
+    TriangleSoup to_soup() const;
+
+  private:
+    friend class BoundaryModelBuilder;
+
+    struct Triangle {
+        std::array<Point, 3> corner;
+        Point normal; ///< unit; zero where the triangle is degenerate
+    };
+    struct Segment {
+        std::array<Point, 2> end;
+        Point tangent; ///< unit; zero where the segment is degenerate
+    };
+    struct Patch {
+        std::array<Index, 2> element; ///< triangles [first, last)
+        Index root;                   ///< in triangle_tree_
+    };
+    struct Curve {
+        std::array<Index, 2> element; ///< segments [first, last)
+        Index root;                   ///< in segment_tree_
+        bool closed;
+    };
+
+    std::vector<Triangle> triangles_; ///< by patch, within one in the order of its tree's leaves
+    std::vector<std::array<Point, 3>> triangle_vertex_normal_;
+    std::vector<SourceFace> source_;
+    std::vector<Index> patch_of_triangle_;
+    std::vector<Segment> segments_; ///< by curve, within one in the order of its tree's leaves
+    std::vector<std::array<Point, 2>> segment_vertex_tangent_;
+    std::vector<Patch> patches_;
+    std::vector<Curve> curves_;
+    std::vector<Point> corners_;
+    Csr<Point> curve_points_;
+    BoxTree triangle_tree_;
+    BoxTree segment_tree_;
+    Index all_triangles_ = kNoIndex; ///< root over all patches
+    Index all_segments_ = kNoIndex;  ///< root over all curves, kNoIndex without any
+    std::vector<Association> association_;
+    double diagonal_ = 0;
+};
+
+/// Centre of a quad: what its four triangles share.
+inline Point quad_centre(const std::array<Point, 4>& x) { return 0.25 * ((x[0] + x[2]) + (x[1] + x[3])); }
+
+/// The mesh's own boundary as the surface: each quad is four triangles round its centre (the mean of its
+/// corners), which a bilinear patch differs from by at most 1/8 of the distance between the midpoints of the
+/// quad's diagonals. Features: edges by angle between the quads' normals, borders between patches of
+/// mesh.boundary, and edges that do not have exactly two quads. Corners: vertices without exactly two feature
+/// edges (and not without any), sharp turns, and vertices where the boundary touches itself.
+/// Errors: bad_input where there is no boundary or a position is not finite; cancelled.
+Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
+                                           const BoundaryOptions& options, Context& context);
+
+} // namespace hexopt

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "domain/boundary_model.hpp"
+#include "domain/feature_graph.hpp"
+
+namespace hexopt {
+
+/// What a BoundaryModel is assembled from.
+struct BoundaryModelParts {
+    std::vector<Point> vertices;
+    std::vector<std::array<Index, 3>> triangles;
+    std::vector<SourceFace> source; ///< per triangle
+    std::vector<Index> patch;       ///< per triangle, 0..patch_count-1; every patch has a triangle
+    Index patch_count = 0;
+    Csr<Index> curve_vertex; ///< as in FeatureGraph
+    std::vector<std::uint8_t>
+        smooth; ///< per curve: 1 where its first vertex, repeated at the end, is no corner
+    std::vector<Index> corner_vertex;
+    std::vector<Association> association;
+};
+
+/// Takes over curves and corners.
+void add_features(const FeatureGraph& graph, BoundaryModelParts& parts);
+
+class BoundaryModelBuilder {
+  public:
+    static BoundaryModel assemble(BoundaryModelParts parts);
+
+  private:
+    static void add_patches(const BoundaryModelParts& parts, BoundaryModel& model, const Box& frame);
+    static void add_curves(const BoundaryModelParts& parts, BoundaryModel& model, const Box& frame);
+};
+
+} // namespace hexopt

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "domain/feature_graph.hpp"
+#include "mesh/hex_mesh.hpp"
+#include "mesh/topology.hpp"
+
+namespace hexopt {
+
+/// One polygon for each of topology.boundary_faces: its four vertices and, between them, the hanging vertices
+/// that split an edge for the finer neighbours. Normals: direction of the quad's vector area.
+SurfacePolygons compute_boundary_polygons(const HexMesh& mesh, const Topology& topology);
+
+} // namespace hexopt
