@@ -34,6 +34,12 @@ class Context {
     void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
     bool is_cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
 
+    /// Makes the context ready for another run: not cancelled, no progress. Not while a run is under way.
+    void restart() noexcept {
+        cancelled_.store(false, std::memory_order_relaxed);
+        fraction_ = 0;
+    }
+
     void log(LogLevel level, std::string_view message) const;
     /// Reports progress; a fraction below the last one is raised to it.
     void report(std::string_view stage, double fraction, std::string_view detail = {});

@@ -1,0 +1,52 @@
+# hexopt_static_bundle(NAME OBJECTS): builds libhexopt.a, the archive of an OBJECT library and of all project
+# archives it links, and sets HEXOPT_STATIC_LINKS (a global property) to the other targets that a user must link.
+
+# Sorts what a target links, directly and indirectly, into project archives and third-party targets.
+function(hexopt_collect_links target)
+  foreach(property LINK_LIBRARIES INTERFACE_LINK_LIBRARIES)
+    get_target_property(links ${target} ${property})
+    if(NOT links)
+      continue()
+    endif()
+    foreach(link IN LISTS links)
+      string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" link "${link}")
+      if(link MATCHES "^hexopt_")
+        get_property(seen GLOBAL PROPERTY HEXOPT_BUNDLE_ARCHIVES)
+        if(NOT link IN_LIST seen)
+          set_property(GLOBAL APPEND PROPERTY HEXOPT_BUNDLE_ARCHIVES ${link})
+          hexopt_collect_links(${link})
+        endif()
+      else()
+        get_property(seen GLOBAL PROPERTY HEXOPT_STATIC_LINKS)
+        if(NOT link IN_LIST seen)
+          set_property(GLOBAL APPEND PROPERTY HEXOPT_STATIC_LINKS ${link})
+        endif()
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
+
+function(hexopt_static_bundle name objects)
+  hexopt_collect_links(${objects})
+  get_property(archives GLOBAL PROPERTY HEXOPT_BUNDLE_ARCHIVES)
+  set(bundle ${CMAKE_CURRENT_BINARY_DIR}/libhexopt.a)
+  set(script "create ${bundle}\naddlib $<TARGET_FILE:${name}_objects>\n")
+  foreach(archive IN LISTS archives)
+    get_target_property(type ${archive} TYPE)
+    if(type STREQUAL STATIC_LIBRARY)
+      string(APPEND script "addlib $<TARGET_FILE:${archive}>\n")
+      list(APPEND inputs ${archive})
+    endif()
+  endforeach()
+  add_library(${name}_objects STATIC $<TARGET_OBJECTS:${objects}>)
+  set_target_properties(${name}_objects PROPERTIES LINKER_LANGUAGE CXX)
+  file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/bundle.mri CONTENT "${script}save\nend\n")
+  list(TRANSFORM inputs REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE files)
+  add_custom_command(OUTPUT ${bundle} VERBATIM
+    COMMAND ${CMAKE_COMMAND} -E rm -f ${bundle}
+    COMMAND sh -c "\"$1\" -M < \"$2\"" sh ${CMAKE_AR} ${CMAKE_CURRENT_BINARY_DIR}/bundle.mri
+    COMMAND ${CMAKE_RANLIB} ${bundle}
+    DEPENDS ${name}_objects ${inputs} ${files} ${CMAKE_CURRENT_BINARY_DIR}/bundle.mri)
+  add_custom_target(${name} ALL DEPENDS ${bundle})
+  set_property(GLOBAL PROPERTY HEXOPT_STATIC_BUNDLE ${bundle})
+endfunction()
