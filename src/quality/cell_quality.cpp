@@ -183,16 +183,16 @@ CellValidity compute_cell_validity(const HexPoints& points) {
     return validity_of(plain, edge, lengths_of(edge), det, hex::bernstein_coefficients(det));
 }
 
-CellQuality compute_cell_quality(const HexPoints& points, std::array<double, 24>* angles) {
+CellQuality compute_cell_quality(const HexPoints& points, CellDetails* details) {
     CellQuality quality;
     if (!all_finite(points)) {
-        if (angles) angles->fill(0);
+        if (details) *details = {};
         return quality;
     }
     HexPoints plain = points;
     const int exponent = normalise(plain);
     const Edges edge = hex::edge_vectors<double>(plain);
-    const std::array<double, 12> length = lengths_of(edge);
+    std::array<double, 12> length = lengths_of(edge);
     const hex::Determinants<double> det = hex::determinants(edge);
     const hex::Bernstein<double> bernstein = hex::bernstein_coefficients(det);
     quality.validity = validity_of(plain, edge, length, det, bernstein);
@@ -200,14 +200,16 @@ CellQuality compute_cell_quality(const HexPoints& points, std::array<double, 24>
     double sum = 0;
     for (double coefficient : bernstein) sum += coefficient;
     quality.volume = std::ldexp(sum / 27, 3 * exponent);
+    if (exponent != 0)
+        for (double& l : length) l = std::ldexp(l, exponent);
     const auto [shortest, longest] = std::minmax_element(length.begin(), length.end());
-    quality.min_edge = std::ldexp(*shortest, exponent);
-    quality.max_edge = std::ldexp(*longest, exponent);
+    quality.min_edge = *shortest;
+    quality.max_edge = *longest;
     const std::array<double, 24> angle = angles_of(edge);
     const auto [least, most] = std::minmax_element(angle.begin(), angle.end());
     quality.min_dihedral = *least;
     quality.max_dihedral = *most;
-    if (angles) *angles = angle;
+    if (details) *details = {angle, length};
     return quality;
 }
 

@@ -40,6 +40,12 @@ struct CellQuality {
     double aspect_ratio() const;
 };
 
+/// What a cell's figures are the extremes of.
+struct CellDetails {
+    std::array<double, 24> dihedral;    ///< degrees, as dihedral_angles gives them
+    std::array<double, 12> edge_length; ///< numbered as hex::kEdgeVertex
+};
+
 /// Angles in degrees (0..180) between the two faces at each end of each edge, from the corners' normals: at
 /// [3k + d] the one at corner k along its edge in direction d. A vanishing normal gives 0. Reflex angles are
 /// not told apart: see CellValidity for those.
@@ -54,7 +60,7 @@ std::array<double, 12> edge_lengths(const HexPoints& points);
 /// A cell with a coordinate that is not finite is the worst of all: the defaults of CellValidity.
 CellValidity compute_cell_validity(const HexPoints& points);
 
-/// Figures of one cell; `angles`, where given, receives dihedral_angles(points).
-CellQuality compute_cell_quality(const HexPoints& points, std::array<double, 24>* angles = nullptr);
+/// Figures of one cell; `details` is filled where given (with zeros for a cell that is not finite).
+CellQuality compute_cell_quality(const HexPoints& points, CellDetails* details = nullptr);
 
 } // namespace hexopt

@@ -58,4 +58,22 @@ inline HexPoints renumbered(const HexPoints& p, const std::array<int, 8>& rotati
     return q;
 }
 
+/// nx * ny * nz unit cubes, vertices x fastest.
+inline HexMesh unit_grid(Index nx, Index ny, Index nz) {
+    HexMesh mesh;
+    for (Index z = 0; z <= nz; ++z)
+        for (Index y = 0; y <= ny; ++y)
+            for (Index x = 0; x <= nx; ++x) mesh.positions.emplace_back(x, y, z);
+    for (Index z = 0; z < nz; ++z)
+        for (Index y = 0; y < ny; ++y)
+            for (Index x = 0; x < nx; ++x) {
+                Cell cell;
+                for (int k = 0; k < 8; ++k)
+                    cell[k] = ((z + hex::kVertexZ[k]) * (ny + 1) + y + hex::kVertexY[k]) * (nx + 1) + x +
+                              hex::kVertexX[k];
+                mesh.cells.push_back(cell);
+            }
+    return mesh;
+}
+
 } // namespace hexopt::test
