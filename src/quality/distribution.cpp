@@ -18,9 +18,8 @@ Distribution compute_distribution(std::vector<double>& values) {
     d.max = *most;
     auto from = values.begin();
     const auto percentile = [&](double percent) {
-        const double rank = std::ceil(percent / 100 * static_cast<double>(values.size()));
-        const auto place =
-            values.begin() + std::max<std::ptrdiff_t>(0, static_cast<std::ptrdiff_t>(rank) - 1);
+        const double place_of_percent = percent / 100 * static_cast<double>(values.size() - 1);
+        const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::floor(place_of_percent + 0.5));
         std::nth_element(from, place, values.end());
         from = place;
         return *place;

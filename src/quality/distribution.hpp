@@ -9,7 +9,7 @@ namespace hexopt {
 struct Distribution {
     std::size_t count = 0;
     double min = 0, max = 0, mean = 0;
-    /// Percentiles by nearest rank: the smallest value that p % of the values do not exceed.
+    /// Percentiles by nearest rank: of the sorted values the one at place p (count - 1) / 100, rounded.
     double p0_1 = 0, p1 = 0, p5 = 0, p50 = 0, p95 = 0, p99 = 0, p99_9 = 0;
 };
 
