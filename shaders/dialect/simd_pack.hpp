@@ -80,7 +80,12 @@ struct Pack {
             return {(Vector)(0x54A2FA8Cu - bits / 3u)};
         } else {
             // n / 3 for n < 2^32 as a multiplication: the vector units have no integer division.
+#if HEXOPT_SIMD_BYTES == 32
+            const __m256i product = _mm256_mul_epu32((__m256i)(bits >> 32), _mm256_set1_epi64x(0xAAAAAAABll));
+            const BitVector third = (BitVector)_mm256_srli_epi64(product, 33);
+#else
             const BitVector third = ((bits >> 32) * 0xAAAAAAABull) >> 33;
+#endif
             return {(Vector)(((0x553EF0FFull - third) & 0xFFFFFFFFull) << 32)};
         }
     }
