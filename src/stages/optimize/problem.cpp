@@ -1,0 +1,175 @@
+#include "stages/optimize/problem.hpp"
+
+#include "mesh/hex_reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+namespace hexopt {
+
+namespace {
+
+constexpr std::size_t kCellChunk = 256;
+
+/// Bit v set where tetrahedron t uses vertex v.
+constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
+    std::array<std::uint8_t, 32> bits{};
+    for (int t = 0; t < 32; ++t)
+        for (int d = 0; d < 3; ++d)
+            for (int end = 0; end < 2; ++end)
+                bits[t] = static_cast<std::uint8_t>(bits[t] | 1u << hex::kEdgeVertex[hex::kTetEdge[t][d]][end]);
+    return bits;
+}();
+
+} // namespace
+
+Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable)
+    : mesh_(&mesh) {
+    number_dofs(topology, movable);
+    make_shares(topology);
+    collect_cells(topology);
+    order_cells();
+    set_weights();
+    schedule_ = ChunkSchedule(cell_dof_, dof_count(), kCellChunk);
+}
+
+/// Breadth-first over the cells: neighbours in space end up near each other whatever the input's numbering.
+void Problem::number_dofs(const Topology& topology, std::span<const std::uint8_t> movable) {
+    const auto is_dof = [&](Index v) {
+        return movable[v] && (topology.hanging_row.empty() || topology.hanging_row[v] == kNoIndex);
+    };
+    vertex_dof_.assign(mesh_->vertex_count(), kNoIndex);
+    std::vector<std::uint8_t> seen(mesh_->vertex_count(), 0);
+    std::vector<Index> queue;
+    for (Index seed = 0; seed < mesh_->vertex_count(); ++seed) {
+        if (!is_dof(seed) || seen[seed]) continue;
+        seen[seed] = 1;
+        queue.assign(1, seed);
+        for (std::size_t head = 0; head < queue.size(); ++head) {
+            const Index v = queue[head];
+            if (is_dof(v)) {
+                vertex_dof_[v] = static_cast<Index>(dof_vertex_.size());
+                dof_vertex_.push_back(v);
+            }
+            for (CellCorner corner : topology.vertex_cell[v])
+                for (Index w : mesh_->cells[corner.cell])
+                    if (!seen[w] && movable[w]) seen[w] = 1, queue.push_back(w);
+        }
+    }
+    self_share_.resize(dof_count());
+    for (Index d = 0; d < dof_count(); ++d) self_share_[d] = {d, 1.0f};
+}
+
+void Problem::make_shares(const Topology& topology) {
+    const Hanging& hanging = mesh_->hanging;
+    if (hanging.empty()) return;
+    hanging_row_ = topology.hanging_row;
+    for (std::size_t row = 0; row < hanging.count(); ++row) {
+        for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+            if (const Index dof = vertex_dof_[hanging.master[k]]; dof != kNoIndex)
+                hanging_share_.item.push_back({dof, static_cast<float>(hanging.weight[k])});
+        if (hanging_share_.item.size() > hanging_share_.offset.back()) hanging_rows_.push_back(static_cast<Index>(row));
+        hanging_share_.offset.push_back(hanging_share_.item.size());
+    }
+}
+
+std::span<const DofShare> Problem::shares(Index vertex) const {
+    if (const Index dof = vertex_dof_[vertex]; dof != kNoIndex) return {&self_share_[dof], 1};
+    if (hanging_row_.empty() || hanging_row_[vertex] == kNoIndex) return {};
+    return hanging_share_[hanging_row_[vertex]];
+}
+
+void Problem::collect_cells(const Topology& topology) {
+    std::vector<std::uint8_t> active(mesh_->cell_count(), 0);
+    for (Index v : dof_vertex_)
+        for (CellCorner corner : topology.vertex_cell[v]) active[corner.cell] = 1;
+    for (Index row : hanging_rows_)
+        for (CellCorner corner : topology.vertex_cell[mesh_->hanging.vertex[row]]) active[corner.cell] = 1;
+    for (Index c = 0; c < mesh_->cell_count(); ++c)
+        if (active[c]) cell_id_.push_back(c);
+}
+
+void Problem::order_cells() {
+    const auto lowest_dof = [&](Index c) {
+        Index lowest = kNoIndex;
+        for (Index v : mesh_->cells[c])
+            for (DofShare share : shares(v)) lowest = std::min(lowest, share.dof);
+        return lowest;
+    };
+    std::vector<std::pair<Index, Index>> keyed;
+    keyed.reserve(cell_id_.size());
+    for (Index c : cell_id_) keyed.emplace_back(lowest_dof(c), c);
+    std::sort(keyed.begin(), keyed.end());
+    cells_.reserve(keyed.size());
+    if (has_hanging()) cell_hanging_.assign(keyed.size(), 0);
+    std::vector<Index> dofs;
+    for (std::size_t i = 0; i < keyed.size(); ++i) {
+        cell_id_[i] = keyed[i].second;
+        cells_.push_back(mesh_->cells[cell_id_[i]]);
+        dofs.clear();
+        for (Index v : cells_.back()) {
+            const auto list = shares(v);
+            for (DofShare share : list) dofs.push_back(share.dof);
+            if (!list.empty() && vertex_dof_[v] == kNoIndex) cell_hanging_[i] = 1;
+        }
+        std::sort(dofs.begin(), dofs.end());
+        dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
+        cell_dof_.item.insert(cell_dof_.item.end(), dofs.begin(), dofs.end());
+        cell_dof_.offset.push_back(cell_dof_.item.size());
+        std::uint32_t free_bits = 0, mask = 0;
+        for (int k = 0; k < 8; ++k)
+            if (!shares(cells_.back()[k]).empty()) free_bits |= 1u << k;
+        for (int t = 0; t < 32; ++t)
+            if (kTetVertexBits[t] & free_bits) mask |= 1u << t;
+        tet_mask_.push_back(mask);
+    }
+}
+
+void Problem::set_weights() {
+    // Across levels a cell counts by V_target^(2/3), or the many fine cells distort the coarse side.
+    weight_.assign(cells_.size(), 1.0f);
+    inverse_length_.assign(3 * cells_.size(), 1.0f);
+    if (mesh_->hanging.empty() || mesh_->level.empty()) return;
+    for (std::size_t i = 0; i < cells_.size(); ++i)
+        weight_[i] = std::ldexp(1.0f, -2 * static_cast<int>(mesh_->level[cell_id_[i]]));
+}
+
+void Problem::apply_hanging(std::span<Point> positions) const {
+    const Hanging& hanging = mesh_->hanging;
+    for (Index row : hanging_rows_) {
+        Point sum(0);
+        for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+            sum += hanging.weight[k] * positions[hanging.master[k]];
+        positions[hanging.vertex[row]] = sum;
+    }
+}
+
+void Problem::update_lengths(std::span<const Point> positions, const Parallel& parallel) {
+    const auto mean_edge = [&](std::size_t i) {
+        double sum = 0;
+        for (const auto& edge : hex::kEdgeVertex)
+            sum += glm::distance(positions[cells_[i][edge[0]]], positions[cells_[i][edge[1]]]);
+        return sum / 12;
+    };
+    const double total = parallel.reduce(
+        cells_.size(), 4096, 0.0,
+        [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+                const double length = mean_edge(i);
+                inverse_length_[3 * i] = static_cast<float>(length);
+                sum += length;
+            }
+            return sum;
+        },
+        std::plus<>());
+    const float floor = static_cast<float>(1e-3 * total / static_cast<double>(std::max<std::size_t>(1, cells_.size())));
+    parallel.for_each(cells_.size(), 4096, [&](std::size_t i) {
+        const float inverse = 1.0f / std::max(inverse_length_[3 * i], floor);
+        for (int d = 0; d < 3; ++d) inverse_length_[3 * i + d] = inverse;
+    });
+}
+
+} // namespace hexopt

@@ -1,0 +1,78 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/csr.hpp"
+#include "mesh/hex_mesh.hpp"
+#include "mesh/topology.hpp"
+#include "stages/optimize/chunk_schedule.hpp"
+
+#include <span>
+
+namespace hexopt {
+
+/// A vertex's share in the position of another: x = ... + weight * x[dof].
+struct DofShare {
+    Index dof;
+    float weight;
+};
+
+/// Which vertices move, which cells that concerns and in which order they are visited. The vertices that move are the
+/// degrees of freedom (dofs), numbered along the mesh's adjacency for locality. Built for a whole mesh or for a
+/// neighbourhood of it; positions are not part of it.
+class Problem {
+  public:
+    /// movable[v] != 0: vertex v may move (hanging vertices never count as movable; they follow).
+    Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable);
+
+    const HexMesh& mesh() const { return *mesh_; }
+    std::size_t dof_count() const { return dof_vertex_.size(); }
+    std::size_t cell_count() const { return cells_.size(); }
+
+    std::span<const Index> dof_vertex() const { return dof_vertex_; }   ///< dof -> vertex
+    std::span<const Cell> cells() const { return cells_; }              ///< cells with a movable corner
+    std::span<const Index> cell_id() const { return cell_id_; }         ///< their numbers in the mesh
+    std::span<const float> inverse_length() const { return inverse_length_; } ///< 3 a cell
+    std::span<const float> weight() const { return weight_; }
+    std::span<const std::uint32_t> tet_mask() const { return tet_mask_; }
+    const ChunkSchedule& schedule() const { return schedule_; }         ///< over cells, by the dofs they depend on
+    const Csr<Index>& cell_dof() const { return cell_dof_; }            ///< dofs that a cell depends on, sorted
+
+    /// Dof of a vertex, kNoIndex where it is fixed or hanging.
+    Index vertex_dof(Index vertex) const { return vertex_dof_[vertex]; }
+
+    /// Dofs that a vertex depends on: itself, or the movable masters of a hanging vertex.
+    std::span<const DofShare> shares(Index vertex) const;
+
+    bool has_hanging() const { return !hanging_rows_.empty(); }
+    bool cell_has_hanging(std::size_t cell) const { return !cell_hanging_.empty() && cell_hanging_[cell]; }
+
+    /// Recomputes the hanging vertices that depend on dofs.
+    void apply_hanging(std::span<Point> positions) const;
+
+    /// Measures target sizes from the current positions: the mean edge length of each cell along the three directions
+    /// together (delta = its cube), not below 1e-3 of the mean over the mesh.
+    void update_lengths(std::span<const Point> positions, const Parallel& parallel);
+
+  private:
+    void number_dofs(const Topology& topology, std::span<const std::uint8_t> movable);
+    void collect_cells(const Topology& topology);
+    void order_cells();
+    void make_shares(const Topology& topology);
+    void set_weights();
+
+    const HexMesh* mesh_;
+    std::vector<Index> dof_vertex_, vertex_dof_;
+    std::vector<DofShare> self_share_;      ///< per dof
+    Csr<DofShare> hanging_share_;           ///< per hanging row of the mesh
+    std::vector<Index> hanging_row_;        ///< per vertex, empty in conforming meshes
+    std::vector<Index> hanging_rows_;       ///< rows that depend on a dof
+    std::vector<Cell> cells_;
+    std::vector<Index> cell_id_;
+    std::vector<std::uint8_t> cell_hanging_;
+    Csr<Index> cell_dof_;
+    std::vector<float> inverse_length_, weight_;
+    std::vector<std::uint32_t> tet_mask_;
+    ChunkSchedule schedule_;
+};
+
+} // namespace hexopt

@@ -1,0 +1,90 @@
+#include "stages/optimize/untangle.hpp"
+
+#include "mesh/hex_reference.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+constexpr double kStartEps = 0.05;
+constexpr double kValidEps = 1e-12;
+constexpr int kMaxRounds = 24;
+constexpr int kMaxStalledRounds = 6;
+
+/// Garanzha's update: how far eps may fall so that the energy of the worst element still falls.
+double garanzha_eps(double eps, double least, double energy_before, double energy_after) {
+    const double sigma = std::max(1 - energy_after / energy_before, 0.1);
+    const double mu = (1 - sigma) * (least + std::sqrt(least * least + eps * eps)) / 2;
+    if (least < mu) return 2 * std::sqrt(mu * (mu - least));
+    return 1e-9;
+}
+
+} // namespace
+
+int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<const std::uint8_t> on_boundary,
+                   Budget& budget) {
+    BlockMatrix matrix(problem);
+    std::vector<Point> rhs(problem.dof_count(), Point(0)), step(problem.dof_count());
+    const auto fixed = [&](Index dof) { return on_boundary[problem.dof_vertex()[dof]] != 0; };
+    for (std::size_t c = 0; c < problem.cell_count(); ++c) {
+        const Cell& cell = problem.cells()[c];
+        // V / length^2 of a cell of size 2^-level is proportional to 2^-level.
+        const float weight = std::sqrt(problem.weight()[c]);
+        for (const auto& edge : hex::kEdgeVertex) {
+            const Index ends[2] = {cell[edge[0]], cell[edge[1]]};
+            for (int i = 0; i < 2; ++i)
+                for (DofShare a : problem.shares(ends[i])) {
+                    if (fixed(a.dof)) continue;
+                    rhs[a.dof] += static_cast<double>(weight * a.weight) * (positions[ends[1 - i]] - positions[ends[i]]);
+                    for (int j = 0; j < 2; ++j)
+                        for (DofShare b : problem.shares(ends[j]))
+                            if (b.dof >= a.dof && !fixed(b.dof))
+                                matrix.add_scaled_identity(a.dof, b.dof,
+                                                           (i == j ? 1.0f : -1.0f) * weight * a.weight * b.weight);
+                }
+        }
+    }
+    for (Index d = 0; d < problem.dof_count(); ++d)
+        if (fixed(d)) matrix.add_scaled_identity(d, d, 1);
+    const CgResult cg = solve_cg(matrix, rhs, {}, step, 1e-8, 200, budget.parallel());
+    for (std::size_t d = 0; d < step.size(); ++d) positions[problem.dof_vertex()[d]] += step[d];
+    problem.apply_hanging(positions);
+    return cg.iterations;
+}
+
+UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
+    UntangleResult result;
+    Objective objective;
+    objective.eps = kStartEps;
+    NewtonOptions options;
+    int valid_rounds = 0, stalled_rounds = 0;
+    for (result.rounds = 0; result.rounds < kMaxRounds && !budget.exhausted(); ++result.rounds) {
+        newton.problem().update_lengths(newton.positions(), budget.parallel());
+        const NewtonResult step = newton.minimise(objective, options);
+        result.newton_steps += step.steps;
+        result.cg_iterations += step.cg_iterations;
+        result.min_jacobian = step.end.min_jacobian;
+        const double decrease = 1 - step.end.energy / step.start.energy;
+        budget.context().log(LogLevel::debug,
+                             fmt::format("round {}: eps {:.3e}, energy {:.6e} -> {:.6e}, least J {:.3e}, {} steps, {} cg",
+                                         result.rounds, objective.eps, step.start.energy, step.end.energy,
+                                         step.end.min_jacobian, step.steps, step.cg_iterations));
+        if (step.end.min_jacobian > 0) {
+            stalled_rounds = 0;
+            objective.eps = kValidEps;
+            if (++valid_rounds > 1 && decrease < 2e-3) break;
+            continue;
+        }
+        stalled_rounds = decrease < 1e-4 ? stalled_rounds + 1 : 0;
+        if (stalled_rounds >= kMaxStalledRounds) break;
+        const double least = step.end.min_jacobian;
+        objective.eps = std::max(1e-9, std::min(0.2 * std::abs(least),
+                                                garanzha_eps(objective.eps, least, step.start.energy, step.end.energy)));
+    }
+    return result;
+}
+
+} // namespace hexopt

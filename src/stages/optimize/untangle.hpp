@@ -1,0 +1,22 @@
+#pragma once
+
+#include "stages/optimize/newton.hpp"
+
+namespace hexopt {
+
+/// Solves the weighted graph Laplacian for the free dofs, boundary fixed: a start from which tangled interiors unfold at
+/// once. Exact for lattices across levels (weight V/length^2 per cell and edge). Positions of boundary dofs that may
+/// slide stay. Returns the number of CG iterations.
+int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<const std::uint8_t> on_boundary,
+                   Budget& budget);
+
+struct UntangleResult {
+    int rounds = 0, newton_steps = 0, cg_iterations = 0;
+    double min_jacobian = 0; ///< least J / delta over the tetrahedra that can move
+    bool untangled() const { return min_jacobian > 0; }
+};
+
+/// Minimises the regularised shape energy while eps falls (Garanzha et al. 2021, with eps <= 0.2 |min J|).
+UntangleResult untangle_regularised(Newton& newton, Budget& budget);
+
+} // namespace hexopt
