@@ -141,6 +141,7 @@ Point restrict_to(const Freedom& freedom, const Point& v) {
     switch (freedom.kind) {
     case Freedom::plane: return v - glm::dot(v, freedom.direction) * freedom.direction;
     case Freedom::line: return glm::dot(v, freedom.direction) * freedom.direction;
+    case Freedom::none: return Point(0);
     case Freedom::free: break;
     }
     return v;
@@ -153,7 +154,7 @@ glm::dmat3 inverse_diagonal(const float* m, const Freedom* freedom) {
     glm::dmat3 block(m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]);
     const double scale = (block[0][0] + block[1][1] + block[2][2]) / 3;
     if (!(scale > 0)) return glm::dmat3(1);
-    if (freedom && freedom->kind != Freedom::free) {
+    if (freedom && (freedom->kind == Freedom::plane || freedom->kind == Freedom::line)) {
         const Point d = freedom->direction;
         glm::dmat3 q = glm::outerProduct(d, d);
         if (freedom->kind == Freedom::plane) q = glm::dmat3(1) - q;

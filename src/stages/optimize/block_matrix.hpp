@@ -37,9 +37,9 @@ class BlockMatrix {
     ChunkSchedule row_schedule_;
 };
 
-/// What a dof may do: move freely, within a plane or along a line.
+/// What a dof may do: move freely, within a plane, along a line, or not at all.
 struct Freedom {
-    enum Kind : std::uint8_t { free, plane, line } kind = free;
+    enum Kind : std::uint8_t { free, plane, line, none } kind = free;
     Point direction{0}; ///< unit normal of the plane or unit tangent of the line
 };
 

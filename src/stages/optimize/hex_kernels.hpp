@@ -40,6 +40,7 @@ struct HexHessian {
 
 constexpr int hessian_block(int i, int j) { return i * (15 - i) / 2 + j; }
 
+/// Over the counted tetrahedra; above 1e37 where none counts.
 struct HexMeasure {
     alignas(64) double min_sj[kGroup];    ///< least scaled Jacobian of the 8 corners
     alignas(64) double min_det8[kGroup];  ///< least J of the corner tetrahedra, target units

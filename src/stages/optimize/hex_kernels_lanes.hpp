@@ -323,11 +323,12 @@ inline void lanes_measure(const HexGroup& group, int first, HexMeasure& out) {
     real sj = huge, det8 = huge, det32 = huge;
     for (int t = 0; t < 32; ++t) {
         const auto& e = hex::kTetEdge[t];
+        const rbool counts = tet_counts(cells, t) > real(0);
         const real j = tet_jacobian(cells.edge[e[0]], cells.edge[e[1]], cells.edge[e[2]]);
-        det32 = min(det32, j);
+        det32 = min(det32, sel(counts, j, huge));
         if (!is_corner_tet(t)) continue;
-        det8 = min(det8, j);
-        sj = min(sj, scaled_jacobian(j, length2[e[0]], length2[e[1]], length2[e[2]]));
+        det8 = min(det8, sel(counts, j, huge));
+        sj = min(sj, sel(counts, scaled_jacobian(j, length2[e[0]], length2[e[1]], length2[e[2]]), huge));
     }
     for (int lane = 0; lane < kLanes; ++lane) {
         out.min_sj[first + lane] = sj[lane];

@@ -64,6 +64,21 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
         combine);
 }
 
+std::vector<CellMeasure> Newton::measure() const {
+    std::vector<CellMeasure> result(problem_.cell_count());
+    budget_.parallel().for_chunks(result.size(), kEnergyChunk, [&](std::size_t begin, std::size_t end) {
+        HexMeasure lanes;
+        for (std::size_t c = begin; c < end; c += kGroup) {
+            const HexGroup g = group({}, positions_, c, std::min(end, c + kGroup));
+            hex_kernels().measure(g, lanes);
+            for (int i = 0; i < g.count; ++i)
+                result[c + static_cast<std::size_t>(i)] = {static_cast<float>(lanes.min_sj[i]),
+                                                           !(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0)};
+        }
+    });
+    return result;
+}
+
 ObjectiveValue Newton::compute_gradient(const Objective& objective) {
     std::fill(gradient_.begin(), gradient_.end(), Point(0));
     std::vector<ObjectiveValue> partial(problem_.cell_count() / kEnergyChunk + 1, kNothing);

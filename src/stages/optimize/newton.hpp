@@ -19,6 +19,12 @@ struct ObjectiveValue {
     double min_jacobian = 0; ///< over the counted tetrahedra, in units of each cell's delta
 };
 
+struct CellMeasure {
+    float min_sj;   ///< least scaled Jacobian of the corners that can move
+    bool has_bad8;  ///< a corner tetrahedron that can move is not positive
+    bool has_bad32; ///< one of all 32
+};
+
 struct NewtonOptions {
     int max_steps = 8;
     double min_relative_decrease = 1e-4; ///< stop once a step lowers the energy by less than this fraction
@@ -41,6 +47,9 @@ class Newton {
 
     ObjectiveValue evaluate(const Objective& objective) const { return evaluate_at(objective, positions_); }
     NewtonResult minimise(const Objective& objective, const NewtonOptions& options);
+
+    /// Measures the problem's cells, counted tetrahedra only; measure[i] belongs to problem().cell_id()[i].
+    std::vector<CellMeasure> measure() const;
 
     Problem& problem() { return problem_; }
     std::vector<Point>& positions() { return positions_; }

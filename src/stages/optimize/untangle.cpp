@@ -84,6 +84,7 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
         objective.eps = std::max(1e-9, std::min(0.2 * std::abs(least),
                                                 garanzha_eps(objective.eps, least, step.start.energy, step.end.energy)));
     }
+    result.eps = objective.eps;
     return result;
 }
 

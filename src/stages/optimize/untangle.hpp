@@ -12,6 +12,7 @@ int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<co
 
 struct UntangleResult {
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
+    double eps = 0;          ///< regularisation that the last round would go on with
     double min_jacobian = 0; ///< least J / delta over the tetrahedra that can move
     bool untangled() const { return min_jacobian > 0; }
 };

@@ -1,0 +1,143 @@
+#include "stages/optimize/max_min.hpp"
+
+#include <fmt/format.h>
+#include <optional>
+
+namespace hexopt {
+
+namespace {
+
+constexpr double kPenaltyWeight = 100;
+constexpr double kMargin = 0.02;
+constexpr int kRings = 3;
+
+struct Worst {
+    double min_sj = 2;
+    std::size_t bad8 = 0, bad32 = 0;
+    bool is_better_than(const Worst& other) const {
+        return bad8 <= other.bad8 && bad32 <= other.bad32 && min_sj > other.min_sj;
+    }
+};
+
+Worst summarise(const std::vector<CellMeasure>& cells) {
+    Worst worst;
+    for (const CellMeasure& cell : cells) {
+        worst.min_sj = std::min(worst.min_sj, static_cast<double>(cell.min_sj));
+        worst.bad8 += cell.has_bad8;
+        worst.bad32 += cell.has_bad32;
+    }
+    return worst;
+}
+
+/// Movable vertices of the seed cells and of `rings` rings of cells around them.
+std::vector<std::uint8_t> neighbourhood(const Movement& movement, std::span<const Index> seeds, int rings) {
+    const HexMesh& mesh = *movement.mesh;
+    std::vector<std::uint8_t> cell_in(mesh.cell_count(), 0), vertex_in(mesh.vertex_count(), 0);
+    std::vector<Index> front(seeds.begin(), seeds.end()), next;
+    for (Index c : front) cell_in[c] = 1;
+    for (int ring = 0; ring < rings; ++ring) {
+        next.clear();
+        for (Index c : front)
+            for (Index v : mesh.cells[c]) {
+                if (vertex_in[v]) continue;
+                vertex_in[v] = 1;
+                for (CellCorner corner : movement.topology->vertex_cell[v])
+                    if (!cell_in[corner.cell]) cell_in[corner.cell] = 1, next.push_back(corner.cell);
+            }
+        front.swap(next);
+    }
+    // What hangs follows its masters, which therefore belong to the neighbourhood.
+    if (const Hanging& hanging = mesh.hanging; !hanging.empty())
+        for (std::size_t row = 0; row < hanging.count(); ++row)
+            if (vertex_in[hanging.vertex[row]])
+                for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+                    vertex_in[hanging.master[k]] = 1;
+    for (std::size_t v = 0; v < vertex_in.size(); ++v) vertex_in[v] = vertex_in[v] && movement.movable[v];
+    return vertex_in;
+}
+
+class MaxMin {
+  public:
+    MaxMin(const Movement& movement, std::vector<Point>& positions, double eps, Budget& budget)
+        : movement_(movement), positions_(positions), eps_(eps), budget_(budget) {
+        Problem whole(*movement.mesh, *movement.topology, movement.movable);
+        whole.update_lengths(positions, budget.parallel());
+        Newton newton(whole, positions, nullptr, budget);
+        cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
+        measure_ = newton.measure();
+        place_.assign(movement.mesh->cell_count(), kNoIndex);
+        for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
+    }
+
+    MaxMinResult run(double target) {
+        MaxMinResult result;
+        result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
+        double rise = 0.05, shape_weight = 1e-3;
+        int failures = 0;
+        while (failures < 6 && result.min_sj_after < target && !budget_.exhausted()) {
+            ++result.rounds;
+            const double before = result.min_sj_after;
+            if (attempt(before + rise, shape_weight, result)) {
+                result.min_sj_after = summarise(measure_).min_sj;
+                if (result.min_sj_after - before > 0.2 * rise) failures = 0;
+                else ++failures, rise = std::max(0.5 * rise, 0.005);
+            } else {
+                ++failures;
+                shape_weight = std::max(1e-5, shape_weight * 0.1);
+                rise *= 0.5;
+            }
+            budget_.context().log(LogLevel::debug, fmt::format("max-min {}: min SJ {:.4f} -> {:.4f}, next rise {:.4f}, weight {:.0e}",
+                                                               result.rounds, before, result.min_sj_after, rise, shape_weight));
+        }
+        return result;
+    }
+
+  private:
+    bool attempt(double theta, double shape_weight, MaxMinResult& result) {
+        std::vector<Index> seeds;
+        for (std::size_t i = 0; i < measure_.size(); ++i)
+            if (measure_[i].min_sj < theta + kMargin) seeds.push_back(cell_id_[i]);
+        const auto moving = neighbourhood(movement_, seeds, kRings);
+        Problem problem(*movement_.mesh, *movement_.topology, moving);
+        if (problem.dof_count() == 0) return false;
+        problem.update_lengths(positions_, budget_.parallel());
+        std::optional<SurfaceMotion> motion;
+        if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
+        saved_.assign(problem.dof_count(), Point(0));
+        for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];
+
+        Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
+        NewtonOptions options;
+        options.max_steps = 15;
+        const Worst before = summarise(newton.measure());
+        const NewtonResult step =
+            newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
+        result.newton_steps += step.steps;
+        result.cg_iterations += step.cg_iterations;
+        const auto after = newton.measure();
+        if (summarise(after).is_better_than(before)) {
+            for (std::size_t i = 0; i < after.size(); ++i) measure_[place_[problem.cell_id()[i]]] = after[i];
+            return true;
+        }
+        for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
+        problem.apply_hanging(positions_);
+        return false;
+    }
+
+    const Movement& movement_;
+    std::vector<Point>& positions_;
+    double eps_;
+    Budget& budget_;
+    std::vector<Index> cell_id_, place_;
+    std::vector<CellMeasure> measure_;
+    std::vector<Point> saved_;
+};
+
+} // namespace
+
+MaxMinResult raise_worst_cells(const Movement& movement, std::vector<Point>& positions, double eps, double target,
+                               Budget& budget) {
+    return MaxMin(movement, positions, eps, budget).run(target);
+}
+
+} // namespace hexopt

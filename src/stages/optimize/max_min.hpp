@@ -1,0 +1,28 @@
+#pragma once
+
+#include "stages/optimize/surface_motion.hpp"
+#include "stages/optimize/newton.hpp"
+
+namespace hexopt {
+
+/// What may move and where.
+struct Movement {
+    const HexMesh* mesh = nullptr;
+    const Topology* topology = nullptr;
+    std::span<const std::uint8_t> movable;  ///< per vertex
+    const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
+    const SurfaceLimits* limits = nullptr;  ///< with surface
+};
+
+struct MaxMinResult {
+    double min_sj_before = 0, min_sj_after = 0; ///< over the corners that can move
+    int rounds = 0, newton_steps = 0, cg_iterations = 0;
+};
+
+/// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a penalty on every
+/// corner below a threshold that rises with the minimum. positions are changed only where the minimum rises and
+/// no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once the minimum reaches it.
+MaxMinResult raise_worst_cells(const Movement& movement, std::vector<Point>& positions, double eps, double target,
+                               Budget& budget);
+
+} // namespace hexopt

@@ -1,0 +1,80 @@
+#include "stages/optimize/surface_motion.hpp"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
+namespace hexopt {
+
+namespace {
+
+constexpr float kUnlimited = std::numeric_limits<float>::infinity();
+
+/// Largest of a few radii around the vertex's own edge length within which sliding stays within the deviation.
+float compute_reach(const BoundaryModel& surface, Association bound_to, const Point& at, double edge, double deviation) {
+    for (double radius = 8 * edge; radius > edge / 64; radius /= 2) {
+        const double spread = surface.normal_spread(bound_to, at, radius);
+        const double sine = spread >= 1.5707963 ? 1 : std::sin(spread);
+        if (radius * sine <= 0.5 * deviation) return radius == 8 * edge ? kUnlimited : static_cast<float>(radius);
+    }
+    return static_cast<float>(std::min(0.5 * deviation, edge));
+}
+
+} // namespace
+
+SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                                     double deviation, const Parallel& parallel) {
+    SurfaceLimits limits;
+    limits.start = mesh.positions;
+    limits.reach.assign(mesh.vertex_count(), kUnlimited);
+    limits.band.assign(mesh.vertex_count(), 0.0f);
+    const auto bound = surface.associations();
+    parallel.for_each(mesh.vertex_count(), 256, [&](std::size_t v) {
+        if (bound[v].kind != EntityKind::patch && bound[v].kind != EntityKind::curve) return;
+        double edge = 0;
+        for (CellCorner corner : topology.vertex_cell[v]) {
+            const Cell& cell = mesh.cells[corner.cell];
+            edge = std::max(edge, glm::distance(mesh.positions[cell[0]], mesh.positions[cell[6]]) / 1.7320508);
+        }
+        limits.start[v] = surface.project(bound[v], mesh.positions[v]).point;
+        limits.reach[v] = compute_reach(surface, bound[v], limits.start[v], edge, deviation);
+    });
+    return limits;
+}
+
+SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits)
+    : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {}
+
+void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<Freedom> out) const {
+    const auto bound = surface_.associations();
+    for (Index d = 0; d < out.size(); ++d) {
+        const Index v = problem_.dof_vertex()[d];
+        out[d] = {};
+        if (bound[v].kind == EntityKind::interior || is_off_surface(v)) continue;
+        const Projection at = surface_.project(bound[v], positions[v], hint_[d]);
+        hint_[d] = at.element;
+        if (bound[v].kind == EntityKind::patch) out[d] = {Freedom::plane, at.smooth_direction};
+        else if (bound[v].kind == EntityKind::curve) out[d] = {Freedom::line, at.smooth_direction};
+        else out[d] = {Freedom::none, Point(0)};
+    }
+}
+
+Point SurfaceMotion::place(Index dof, const Point& from, const Point& wanted) const {
+    const Index v = problem_.dof_vertex()[dof];
+    const Association bound = surface_.associations()[v];
+    if (bound.kind == EntityKind::interior || wanted == from) return wanted;
+    const auto on_entity = [&](const Point& query) {
+        const Projection at = surface_.project(bound, query, hint_[dof]);
+        hint_[dof] = at.element;
+        return at.point;
+    };
+    Point foot = on_entity(wanted);
+    const double reach = limits_.reach[v], moved = glm::distance(foot, limits_.start[v]);
+    if (moved > reach) foot = on_entity(limits_.start[v] + (foot - limits_.start[v]) * (reach / moved));
+    if (!is_off_surface(v)) return foot;
+    const Point offset = wanted - foot;
+    const double height = glm::length(offset), band = limits_.band[v];
+    return height <= band ? foot + offset : foot + offset * (band / height);
+}
+
+} // namespace hexopt

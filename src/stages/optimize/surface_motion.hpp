@@ -1,0 +1,37 @@
+#pragma once
+
+#include "domain/boundary_model.hpp"
+#include "stages/optimize/motion.hpp"
+
+namespace hexopt {
+
+/// How far the boundary vertices of a mesh may go on their surface, and off it. Arrays are per vertex.
+struct SurfaceLimits {
+    std::vector<Point> start;     ///< where the vertex began, on its entity
+    std::vector<float> reach;     ///< largest distance from start; infinite in flat places
+    std::vector<float> band;      ///< largest distance from the surface; 0: exactly on its entity
+};
+
+/// Limits so that quads between moved vertices stay within `deviation` (model units, > 0) of the surface: a vertex
+/// moves at most 0.5 * deviation / sin(spread of the normals nearby). Bands start at 0.
+SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                                     double deviation, const Parallel& parallel);
+
+/// Boundary dofs slide on their patch or curve within their limits; interior ones are free.
+class SurfaceMotion final : public Motion {
+  public:
+    SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits);
+
+    void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
+    Point place(Index dof, const Point& from, const Point& wanted) const override;
+
+  private:
+    bool is_off_surface(Index vertex) const { return limits_.band[vertex] > 0; }
+
+    const Problem& problem_;
+    const BoundaryModel& surface_;
+    const SurfaceLimits& limits_;
+    mutable std::vector<Index> hint_; ///< per dof: element of its last projection; only saves time
+};
+
+} // namespace hexopt
