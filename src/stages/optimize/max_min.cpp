@@ -56,9 +56,30 @@ std::vector<std::uint8_t> neighbourhood(const Movement& movement, std::span<cons
     return vertex_in;
 }
 
+} // namespace
+
+std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells) {
+    std::vector<Index> opened;
+    if (!(movement.band > 0)) return opened;
+    const auto bound = movement.surface->associations();
+    const auto open = [&](Index v) {
+        if (bound[v].kind == EntityKind::interior || bound[v].kind == EntityKind::hanging) return;
+        if (movement.limits->band[v] > 0) return;
+        movement.limits->band[v] = static_cast<float>(movement.band);
+        opened.push_back(v);
+    };
+    for (Index c : cells)
+        for (Index v : movement.mesh->cells[c])
+            for (CellCorner corner : movement.topology->vertex_cell[v])
+                for (Index w : movement.mesh->cells[corner.cell]) open(w);
+    return opened;
+}
+
+namespace {
+
 class MaxMin {
   public:
-    MaxMin(const Movement& movement, std::vector<Point>& positions, double eps, Budget& budget)
+    MaxMin(Movement& movement, std::vector<Point>& positions, double eps, Budget& budget)
         : movement_(movement), positions_(positions), eps_(eps), budget_(budget) {
         Problem whole(*movement.mesh, *movement.topology, movement.movable);
         whole.update_lengths(positions, budget.parallel());
@@ -97,6 +118,8 @@ class MaxMin {
         std::vector<Index> seeds;
         for (std::size_t i = 0; i < measure_.size(); ++i)
             if (measure_[i].min_sj < theta + kMargin) seeds.push_back(cell_id_[i]);
+        const std::vector<Index> opened = open_bands(movement_, seeds);
+        for (Index v : opened) movement_.movable[v] = 1;
         const auto moving = neighbourhood(movement_, seeds, kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving);
         if (problem.dof_count() == 0) return false;
@@ -121,10 +144,14 @@ class MaxMin {
         }
         for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
         problem.apply_hanging(positions_);
+        for (Index v : opened) {
+            movement_.limits->band[v] = 0;
+            movement_.movable[v] = movement_.surface->associations()[v].kind != EntityKind::corner;
+        }
         return false;
     }
 
-    const Movement& movement_;
+    Movement& movement_;
     std::vector<Point>& positions_;
     double eps_;
     Budget& budget_;
@@ -135,7 +162,7 @@ class MaxMin {
 
 } // namespace
 
-MaxMinResult raise_worst_cells(const Movement& movement, std::vector<Point>& positions, double eps, double target,
+MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
                                Budget& budget) {
     return MaxMin(movement, positions, eps, budget).run(target);
 }

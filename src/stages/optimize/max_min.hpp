@@ -9,9 +9,10 @@ namespace hexopt {
 struct Movement {
     const HexMesh* mesh = nullptr;
     const Topology* topology = nullptr;
-    std::span<const std::uint8_t> movable;  ///< per vertex
+    std::vector<std::uint8_t> movable;      ///< per vertex
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
-    const SurfaceLimits* limits = nullptr;  ///< with surface
+    SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
+    double band = 0;                        ///< how far needy boundary vertices may leave the surface, model units
 };
 
 struct MaxMinResult {
@@ -19,10 +20,14 @@ struct MaxMinResult {
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
 };
 
+/// Lets the boundary vertices of the given cells, and of one ring around them, leave the surface by movement.band;
+/// corners among them become movable. Returns the vertices whose band was opened.
+std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells);
+
 /// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a penalty on every
 /// corner below a threshold that rises with the minimum. positions are changed only where the minimum rises and
 /// no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once the minimum reaches it.
-MaxMinResult raise_worst_cells(const Movement& movement, std::vector<Point>& positions, double eps, double target,
+MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
                                Budget& budget);
 
 } // namespace hexopt

@@ -8,8 +8,10 @@ namespace hexopt {
 class Motion {
   public:
     virtual ~Motion() = default;
-    /// Fills the freedom of every dof at the given positions (of all vertices).
-    virtual void freedoms(std::span<const Point> positions, std::span<Freedom> out) const = 0;
+    /// Fills the freedom of every dof at the given positions (of all vertices). descent: per dof, where the energy
+    /// pulls it; a dof at the end of its range loses the direction that leads out of it.
+    virtual void freedoms(std::span<const Point> positions, std::span<const Point> descent,
+                          std::span<Freedom> out) const = 0;
     /// The admissible point nearest to where dof `dof` wants to go; `from`: its admissible place now.
     virtual Point place(Index dof, const Point& from, const Point& wanted) const = 0;
 };

@@ -144,9 +144,9 @@ NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& o
     ObjectiveValue value = compute_gradient(objective);
     result.start = value;
     while (result.steps < options.max_steps && !budget_.exhausted()) {
-        if (motion_) motion_->freedoms(positions_, freedom_);
-        assemble(objective);
         for (Point& g : gradient_) g = -g;
+        if (motion_) motion_->freedoms(positions_, gradient_, freedom_);
+        assemble(objective);
         const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
                                      options.cg_max_iterations, budget_.parallel());
         result.cg_iterations += cg.iterations;

@@ -8,6 +8,7 @@ namespace hexopt {
 
 namespace {
 
+constexpr double kNearEnd = 0.98; ///< of its range: a vertex this far out counts as being at the end
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
 /// Largest of a few radii around the vertex's own edge length within which sliding stays within the deviation.
@@ -45,18 +46,43 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
 SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits)
     : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {}
 
-void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<Freedom> out) const {
+void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<const Point> descent,
+                             std::span<Freedom> out) const {
     const auto bound = surface_.associations();
     for (Index d = 0; d < out.size(); ++d) {
         const Index v = problem_.dof_vertex()[d];
-        out[d] = {};
-        if (bound[v].kind == EntityKind::interior || is_off_surface(v)) continue;
-        const Projection at = surface_.project(bound[v], positions[v], hint_[d]);
-        hint_[d] = at.element;
-        if (bound[v].kind == EntityKind::patch) out[d] = {Freedom::plane, at.smooth_direction};
-        else if (bound[v].kind == EntityKind::curve) out[d] = {Freedom::line, at.smooth_direction};
-        else out[d] = {Freedom::none, Point(0)};
+        if (bound[v].kind == EntityKind::interior) out[d] = {};
+        else out[d] = is_off_surface(v) ? in_band(d, positions[v], descent[d]) : on_surface(d, positions[v], descent[d]);
     }
+}
+
+Freedom SurfaceMotion::on_surface(Index dof, const Point& at, const Point& descent) const {
+    const Index v = problem_.dof_vertex()[dof];
+    const Association bound = surface_.associations()[v];
+    const Projection foot = surface_.project(bound, at, hint_[dof]);
+    hint_[dof] = foot.element;
+    const Point moved = at - limits_.start[v];
+    const bool at_end = glm::length(moved) > kNearEnd * static_cast<double>(limits_.reach[v]) && glm::dot(moved, descent) > 0;
+    if (bound.kind == EntityKind::curve) return {at_end ? Freedom::none : Freedom::line, foot.smooth_direction};
+    if (bound.kind != EntityKind::patch) return {Freedom::none, Point(0)};
+    if (!at_end) return {Freedom::plane, foot.smooth_direction};
+    const Point along = glm::cross(foot.smooth_direction, moved);
+    const double length = glm::length(along);
+    return length > 0 ? Freedom{Freedom::line, along / length} : Freedom{Freedom::none, Point(0)};
+}
+
+Freedom SurfaceMotion::in_band(Index dof, const Point& at, const Point& descent) const {
+    const Index v = problem_.dof_vertex()[dof];
+    const Projection foot = surface_.project(surface_.associations()[v], at, hint_[dof]);
+    hint_[dof] = foot.element;
+    const auto leads_out = [&](const Point& offset, double end) {
+        return glm::length(offset) > kNearEnd * end && glm::dot(offset, descent) > 0;
+    };
+    if (const Point offset = at - foot.point; leads_out(offset, limits_.band[v]))
+        return {Freedom::plane, glm::normalize(offset)};
+    if (const Point moved = foot.point - limits_.start[v]; leads_out(moved, limits_.reach[v]))
+        return {Freedom::plane, glm::normalize(moved)};
+    return {};
 }
 
 Point SurfaceMotion::place(Index dof, const Point& from, const Point& wanted) const {

@@ -22,10 +22,13 @@ class SurfaceMotion final : public Motion {
   public:
     SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits);
 
-    void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
+    void freedoms(std::span<const Point> positions, std::span<const Point> descent,
+                  std::span<Freedom> out) const override;
     Point place(Index dof, const Point& from, const Point& wanted) const override;
 
   private:
+    Freedom on_surface(Index dof, const Point& at, const Point& descent) const;
+    Freedom in_band(Index dof, const Point& at, const Point& descent) const;
     bool is_off_surface(Index vertex) const { return limits_.band[vertex] > 0; }
 
     const Problem& problem_;

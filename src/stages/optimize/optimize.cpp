@@ -1,0 +1,105 @@
+#include "stages/optimize/optimize.hpp"
+
+#include "stages/optimize/hex_kernels.hpp"
+#include "stages/optimize/robust.hpp"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace hexopt {
+
+namespace {
+
+/// What "never worse" compares, over all cells of the mesh.
+struct MeshMeasure {
+    std::size_t bad8 = 0, bad32 = 0;
+    double min_sj = std::numeric_limits<double>::infinity(), sum_sj = 0;
+
+    bool is_not_worse_than(const MeshMeasure& o) const {
+        return bad8 <= o.bad8 && bad32 <= o.bad32 && min_sj >= o.min_sj;
+    }
+    bool is_better_than(const MeshMeasure& o) const {
+        if (bad32 != o.bad32) return bad32 < o.bad32;
+        if (bad8 != o.bad8) return bad8 < o.bad8;
+        return min_sj != o.min_sj ? min_sj > o.min_sj : sum_sj > o.sum_sj;
+    }
+};
+
+MeshMeasure combine(const MeshMeasure& a, const MeshMeasure& b) {
+    return {a.bad8 + b.bad8, a.bad32 + b.bad32, std::min(a.min_sj, b.min_sj), a.sum_sj + b.sum_sj};
+}
+
+MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, const Parallel& parallel) {
+    static constexpr std::size_t kChunk = 4096;
+    return parallel.reduce(
+        mesh.cell_count(), kChunk, MeshMeasure{},
+        [&](std::size_t begin, std::size_t end) {
+            const std::vector<float> ones(3 * kGroup, 1.0f);
+            const std::vector<std::uint32_t> all(kGroup, ~0u);
+            MeshMeasure sum;
+            HexMeasure lanes;
+            for (std::size_t c = begin; c < end; c += kGroup) {
+                const int count = static_cast<int>(std::min<std::size_t>(kGroup, end - c));
+                hex_kernels().measure({positions.data(), &mesh.cells[c], ones.data(), ones.data(), all.data(), count, 1},
+                                      lanes);
+                for (int i = 0; i < count; ++i)
+                    sum = combine(sum, {!(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0), lanes.min_sj[i],
+                                        lanes.min_sj[i]});
+            }
+            return sum;
+        },
+        combine);
+}
+
+Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface, const OptimizeOptions& o) {
+    const auto usage = [](std::string reason) {
+        return make_error(ErrorCode::usage, "optimize", "", std::move(reason));
+    };
+    if (topology.revision != mesh.revision) return usage("the topology belongs to another revision of the mesh");
+    if (o.boundary == BoundaryMode::slide && !surface) return usage("sliding needs a boundary model; give one or fix the boundary");
+    if (!(o.max_deviation_rel >= 0 && o.max_deviation_rel <= 0.1))
+        return usage("the maximum deviation must lie in 0..0.1 of the diagonal");
+    if (!(o.min_sj >= -1 && o.min_sj <= 1)) return usage("the target scaled Jacobian must lie in -1..1");
+    if (!(o.time_limit_s > 0)) return usage("the time limit must be positive");
+    if (o.max_iterations < 1) return usage("the number of iterations must be at least 1");
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        if (const Point& p = mesh.positions[v]; !std::isfinite(p.x + p.y + p.z))
+            return make_error(ErrorCode::bad_input, "optimize", "vertex " + std::to_string(v), "position is not finite");
+    return Done{};
+}
+
+} // namespace
+
+Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+                               const OptimizeOptions& options, Context& context) {
+    if (const Status status = check(mesh, topology, surface, options); !status) return status.error();
+    Budget budget(options, context);
+    OptimizeStats stats;
+    const MeshMeasure input = measure_mesh(mesh, mesh.positions, context.parallel());
+    stats.bad8_before = input.bad8;
+    stats.bad32_before = input.bad32;
+    stats.min_sj_before = input.min_sj;
+
+    std::vector<Point> positions = mesh.positions;
+    MeshMeasure best = input;
+    bool improved = false;
+    const auto keep_if_better = [&] {
+        const MeshMeasure now = measure_mesh(mesh, positions, context.parallel());
+        if (!now.is_not_worse_than(input) || !now.is_better_than(best)) return;
+        best = now;
+        mesh.positions = positions;
+        improved = true;
+    };
+    optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
+
+    stats.bad8_after = best.bad8;
+    stats.bad32_after = best.bad32;
+    stats.min_sj_after = best.min_sj;
+    stats.restored_input = !improved;
+    stats.seconds = budget.seconds();
+    if (context.is_cancelled())
+        return make_error(ErrorCode::cancelled, "optimize", "", "cancelled; the best state so far is kept in memory");
+    return stats;
+}
+
+} // namespace hexopt

@@ -1,0 +1,119 @@
+#include "stages/optimize/robust.hpp"
+
+#include "stages/optimize/max_min.hpp"
+#include "stages/optimize/untangle.hpp"
+
+#include <algorithm>
+
+namespace hexopt {
+
+namespace {
+
+/// How far quads may leave a curved surface by mere sliding when the user names no deviation, relative to the diagonal.
+constexpr double kSlidingDeviationRel = 0.005;
+
+class RobustRun {
+  public:
+    RobustRun(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+              const OptimizeOptions& options, std::vector<Point>& positions, Budget& budget,
+              const std::function<void()>& keep_if_better, OptimizeStats& stats)
+        : mesh_(mesh), topology_(topology), surface_(options.boundary == BoundaryMode::slide ? surface : nullptr),
+          options_(options), positions_(positions), budget_(budget), keep_if_better_(keep_if_better), stats_(stats) {}
+
+    void run() {
+        Context& context = budget_.context();
+        context.report("untangle", 0.02);
+        untangle_interior();
+        keep_if_better_();
+        if (surface_ && !budget_.exhausted()) {
+            context.report("slide", 0.4);
+            slide();
+            keep_if_better_();
+        }
+        if (!options_.max_min) return;
+        context.report("max-min", 0.6);
+        const MaxMinResult result = raise_worst_cells(movement_, positions_, eps_, options_.min_sj, budget_);
+        stats_.newton_steps += result.newton_steps;
+        stats_.cg_iterations += result.cg_iterations;
+        keep_if_better_();
+    }
+
+  private:
+    void untangle_interior() {
+        movement_ = {&mesh_, &topology_, std::vector<std::uint8_t>(mesh_.vertex_count()), nullptr, nullptr, 0};
+        for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) movement_.movable[v] = !topology_.on_boundary[v];
+        Problem problem(mesh_, topology_, movement_.movable);
+        problem.update_lengths(positions_, budget_.parallel());
+        Newton newton(problem, positions_, nullptr, budget_);
+        const auto count_bad = [&] {
+            const auto cells = newton.measure();
+            return std::count_if(cells.begin(), cells.end(), [](const CellMeasure& c) { return c.has_bad32; });
+        };
+        if (const auto bad = count_bad(); bad > 0) {
+            const std::vector<Point> before = positions_;
+            stats_.cg_iterations += harmonic_start(problem, positions_, topology_.on_boundary, budget_);
+            if (count_bad() >= bad) positions_ = before;
+        }
+        finish_untangling(newton);
+    }
+
+    void finish_untangling(Newton& newton) {
+        const UntangleResult result = untangle_regularised(newton, budget_);
+        stats_.newton_steps += result.newton_steps;
+        stats_.cg_iterations += result.cg_iterations;
+        eps_ = result.eps;
+    }
+
+    void slide() {
+        const double diagonal = surface_->diagonal();
+        const double deviation =
+            (options_.max_deviation_rel > 0 ? options_.max_deviation_rel : kSlidingDeviationRel) * diagonal;
+        limits_ = compute_surface_limits(mesh_, topology_, *surface_, deviation, budget_.parallel());
+        const auto bound = surface_->associations();
+        for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
+            movement_.movable[v] = bound[v].kind == EntityKind::interior || bound[v].kind == EntityKind::patch ||
+                                   bound[v].kind == EntityKind::curve;
+        movement_.surface = surface_;
+        movement_.limits = &limits_;
+        movement_.band = 0.5 * options_.max_deviation_rel * diagonal;
+        if (const auto bad = slide_all(); !bad.empty() && movement_.band > 0) {
+            for (Index v : open_bands(movement_, bad)) movement_.movable[v] = 1;
+            slide_all();
+        }
+    }
+
+    /// Untangles with everything movable; returns the cells that stay bad.
+    std::vector<Index> slide_all() {
+        Problem problem(mesh_, topology_, movement_.movable);
+        SurfaceMotion motion(problem, *surface_, limits_);
+        Newton newton(problem, positions_, &motion, budget_);
+        finish_untangling(newton);
+        std::vector<Index> bad;
+        const auto cells = newton.measure();
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            if (cells[i].has_bad32) bad.push_back(problem.cell_id()[i]);
+        return bad;
+    }
+
+    const HexMesh& mesh_;
+    const Topology& topology_;
+    const BoundaryModel* surface_;
+    const OptimizeOptions& options_;
+    std::vector<Point>& positions_;
+    Budget& budget_;
+    const std::function<void()>& keep_if_better_;
+    OptimizeStats& stats_;
+    Movement movement_;
+    SurfaceLimits limits_;
+    double eps_ = 1e-12;
+};
+
+} // namespace
+
+void optimize_robust(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+                     const OptimizeOptions& options, std::vector<Point>& positions, Budget& budget,
+                     const std::function<void()>& keep_if_better, OptimizeStats& stats) {
+    RobustRun(mesh, topology, surface, options, positions, budget, keep_if_better, stats).run();
+}
+
+} // namespace hexopt
