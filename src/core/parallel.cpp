@@ -1,6 +1,8 @@
 #include "core/parallel.hpp"
 
+#include <optional>
 #include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
@@ -8,7 +10,12 @@
 namespace hexopt {
 
 struct Parallel::Arena {
-    explicit Arena(int threads) : arena(threads) {}
+    explicit Arena(int threads) : arena(threads) {
+        // TBB has a worker less than the machine has cores unless told otherwise.
+        if (threads > tbb::this_task_arena::max_concurrency())
+            more_workers.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    }
+    std::optional<tbb::global_control> more_workers;
     tbb::task_arena arena;
 };
 

@@ -25,7 +25,8 @@ struct RandomGroup {
             Cell cell;
             for (int v = 0; v < 8; ++v) {
                 cell[v] = static_cast<Index>(positions.size());
-                positions.push_back(Point(3.0 * c, 1, -2) + Point(hex::kVertexX[v], hex::kVertexY[v], hex::kVertexZ[v]) +
+                positions.push_back(Point(3.0 * c, 1, -2) +
+                                    Point(hex::kVertexX[v], hex::kVertexY[v], hex::kVertexZ[v]) +
                                     Point(shift(random), shift(random), shift(random)));
             }
             cells.push_back(cell);
@@ -36,8 +37,16 @@ struct RandomGroup {
     }
 
     HexGroup group(double eps, double penalty = 0) const {
-        return {positions.data(), cells.data(), inverse_length.data(), weight.data(), mask.data(),
-                static_cast<int>(cells.size()), eps, 0.7, penalty, 0.6};
+        return {positions.data(),
+                cells.data(),
+                inverse_length.data(),
+                weight.data(),
+                mask.data(),
+                static_cast<int>(cells.size()),
+                eps,
+                0.7,
+                penalty,
+                0.6};
     }
 };
 
@@ -51,7 +60,8 @@ double reference_energy(const RandomGroup& r, const HexGroup& g, int c) {
     double sum = 0, penalty = 0;
     for (int t = 0; t < 32; ++t) {
         if (!(r.mask[c] >> t & 1)) continue;
-        const auto a = edge(hex::kTetEdge[t][0]), b = edge(hex::kTetEdge[t][1]), d = edge(hex::kTetEdge[t][2]);
+        const auto a = edge(hex::kTetEdge[t][0]), b = edge(hex::kTetEdge[t][1]),
+                   d = edge(hex::kTetEdge[t][2]);
         const double j = glm::dot(glm::cross(a, b), d);
         const double chi = (j + std::hypot(j, g.eps)) / 2;
         sum += (glm::dot(a, a) + glm::dot(b, b) + glm::dot(d, d)) / (3 * std::pow(chi, 2.0 / 3));
@@ -81,7 +91,8 @@ TEST_CASE("energy agrees with the formula written with pow") {
         const HexGroup g = r.group(0.05, 3);
         HexValue value;
         hex_kernels().value(g, value);
-        for (int c = 0; c < g.count; ++c) CHECK(value.energy[c] == Approx(reference_energy(r, g, c)).epsilon(1e-11));
+        for (int c = 0; c < g.count; ++c)
+            CHECK(value.energy[c] == Approx(reference_energy(r, g, c)).epsilon(1e-11));
     }
 }
 
@@ -137,8 +148,8 @@ TEST_CASE("the Hessian model is symmetric positive semidefinite and exact where 
 }
 
 TEST_CASE("the Hessian model equals the second difference of the energy linearised around the cell") {
-    // For the unregularised energy of a cube the dropped terms are J's second derivative times dE/dJ; along a motion of
-    // one vertex J is affine, so only chi'' = 0 and the model is exact there.
+    // For the unregularised energy of a cube the dropped terms are J's second derivative times dE/dJ; along a
+    // motion of one vertex J is affine, so only chi'' = 0 and the model is exact there.
     RandomGroup r(1, 0.15, 2);
     r.mask = {~0u};
     HexGroup g = r.group(1e-12);

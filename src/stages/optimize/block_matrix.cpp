@@ -55,7 +55,8 @@ BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
         if (problem.cell_has_hanging(c)) continue;
         for (int i = 0; i < 8; ++i)
             for (int j = i; j < 8; ++j) {
-                const Index a = problem.vertex_dof(problem.cells()[c][i]), b = problem.vertex_dof(problem.cells()[c][j]);
+                const Index a = problem.vertex_dof(problem.cells()[c][i]),
+                            b = problem.vertex_dof(problem.cells()[c][j]);
                 if (a == kNoIndex || b == kNoIndex) continue;
                 const Index row = std::min(a, b);
                 slot_[36 * c + hessian_block(i, j)] =
@@ -94,7 +95,8 @@ void BlockMatrix::add_cell(std::size_t cell, const float* block, std::size_t str
 void BlockMatrix::add_block(Index row, Index column, const float* block, std::size_t stride, float factor,
                             bool transposed) {
     float* to = &value_[9 * find(row, column)];
-    for (std::size_t k = 0; k < 9; ++k) to[k] += factor * block[(transposed ? 3 * (k % 3) + k / 3 : k) * stride];
+    for (std::size_t k = 0; k < 9; ++k)
+        to[k] += factor * block[(transposed ? 3 * (k % 3) + k / 3 : k) * stride];
 }
 
 /// P^T H P: every corner's part goes to all masters of the corner.
@@ -129,8 +131,9 @@ void BlockMatrix::multiply(std::span<const Point> x, std::span<Point> y, const P
                 sum += Point(m[0] * xj.x + m[1] * xj.y + m[2] * xj.z, m[3] * xj.x + m[4] * xj.y + m[5] * xj.z,
                              m[6] * xj.x + m[7] * xj.y + m[8] * xj.z);
                 if (column_[k] == row) continue;
-                y[column_[k]] += Point(m[0] * xi.x + m[3] * xi.y + m[6] * xi.z, m[1] * xi.x + m[4] * xi.y + m[7] * xi.z,
-                                       m[2] * xi.x + m[5] * xi.y + m[8] * xi.z);
+                y[column_[k]] +=
+                    Point(m[0] * xi.x + m[3] * xi.y + m[6] * xi.z, m[1] * xi.x + m[4] * xi.y + m[7] * xi.z,
+                          m[2] * xi.x + m[5] * xi.y + m[8] * xi.z);
             }
             y[row] += sum;
         }
@@ -139,10 +142,14 @@ void BlockMatrix::multiply(std::span<const Point> x, std::span<Point> y, const P
 
 Point restrict_to(const Freedom& freedom, const Point& v) {
     switch (freedom.kind) {
-    case Freedom::plane: return v - glm::dot(v, freedom.direction) * freedom.direction;
-    case Freedom::line: return glm::dot(v, freedom.direction) * freedom.direction;
-    case Freedom::none: return Point(0);
-    case Freedom::free: break;
+    case Freedom::plane:
+        return v - glm::dot(v, freedom.direction) * freedom.direction;
+    case Freedom::line:
+        return glm::dot(v, freedom.direction) * freedom.direction;
+    case Freedom::none:
+        return Point(0);
+    case Freedom::free:
+        break;
     }
     return v;
 }
@@ -185,9 +192,12 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
     parallel.for_each(n, 512, [&](std::size_t i) {
         inverse[i] = inverse_diagonal(matrix.diagonal(i), freedom.empty() ? nullptr : &freedom[i]);
     });
-    const auto allowed = [&](std::size_t i, const Point& v) { return freedom.empty() ? v : restrict_to(freedom[i], v); };
+    const auto allowed = [&](std::size_t i, const Point& v) {
+        return freedom.empty() ? v : restrict_to(freedom[i], v);
+    };
     const auto precondition = [&] {
-        parallel.for_each(n, kVectorChunk, [&](std::size_t i) { z[i] = allowed(i, glm::dmat3(inverse[i]) * r[i]); });
+        parallel.for_each(n, kVectorChunk,
+                          [&](std::size_t i) { z[i] = allowed(i, glm::dmat3(inverse[i]) * r[i]); });
     };
     parallel.for_each(n, kVectorChunk, [&](std::size_t i) {
         x[i] = Point(0);
@@ -200,7 +210,8 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
     CgResult result;
     while (result.iterations < max_iterations && rz > tolerance * start && rz > 0) {
         matrix.multiply(p, q, parallel);
-        if (!freedom.empty()) parallel.for_each(n, kVectorChunk, [&](std::size_t i) { q[i] = allowed(i, q[i]); });
+        if (!freedom.empty())
+            parallel.for_each(n, kVectorChunk, [&](std::size_t i) { q[i] = allowed(i, q[i]); });
         const double curvature = dot(p, q, parallel);
         if (!(curvature > 0)) break;
         const double alpha = rz / curvature;

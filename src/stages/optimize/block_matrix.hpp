@@ -12,8 +12,8 @@ class BlockMatrix {
     std::size_t rows() const { return offset_.size() - 1; }
     void set_zero();
 
-    /// Adds an upper-triangle hexahedron matrix (HexHessian layout: element k of block b at block[(9 b + k) * stride])
-    /// of cell `cell` of the problem. Concurrent calls for cells of one chunk colour are safe.
+    /// Adds an upper-triangle hexahedron matrix (HexHessian layout: element k of block b at block[(9 b + k) *
+    /// stride]) of cell `cell` of the problem. Concurrent calls for cells of one chunk colour are safe.
     void add_cell(std::size_t cell, const float* block, std::size_t stride);
     /// Adds value * I at (row, column) and its transpose place.
     void add_scaled_identity(Index row, Index column, float value);
@@ -26,14 +26,15 @@ class BlockMatrix {
 
   private:
     std::size_t find(Index row, Index column) const;
-    void add_block(Index row, Index column, const float* block, std::size_t stride, float factor, bool transposed);
+    void add_block(Index row, Index column, const float* block, std::size_t stride, float factor,
+                   bool transposed);
     void add_hanging_cell(std::size_t cell, const float* block, std::size_t stride);
 
     const Problem* problem_;
     std::vector<std::size_t> offset_; ///< per row; the diagonal comes first, columns rise
     std::vector<Index> column_;
-    std::vector<float> value_;          ///< 9 a block
-    std::vector<std::uint16_t> slot_;   ///< 36 a cell: place of a block within its row, kNoSlot if it has none
+    std::vector<float> value_;        ///< 9 a block
+    std::vector<std::uint16_t> slot_; ///< 36 a cell: place of a block within its row, kNoSlot if it has none
     ChunkSchedule row_schedule_;
 };
 
@@ -51,8 +52,9 @@ struct CgResult {
     double relative_residual = 0;
 };
 
-/// Solves A x = b on the space that `freedom` allows (empty: everything) by conjugate gradients with a block-Jacobi
-/// preconditioner, from x = 0, until the preconditioned |r|^2 has fallen by tolerance or max_iterations are done.
+/// Solves A x = b on the space that `freedom` allows (empty: everything) by conjugate gradients with a
+/// block-Jacobi preconditioner, from x = 0, until the preconditioned |r|^2 has fallen by tolerance or
+/// max_iterations are done.
 CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span<const Freedom> freedom,
                   std::span<Point> x, double tolerance, int max_iterations, const Parallel& parallel);
 

@@ -5,9 +5,9 @@
 
 namespace hexopt {
 
-/// Chunks of consecutive items that add into shared rows, grouped by colour: chunks of one colour touch no common row
-/// and run concurrently, colours one after the other. The order of additions into a row is fixed by the chunks
-/// alone, so sums are the same bits for any number of threads.
+/// Chunks of consecutive items that add into shared rows, grouped by colour: chunks of one colour touch no
+/// common row and run concurrently, colours one after the other. The order of additions into a row is fixed
+/// by the chunks alone, so sums are the same bits for any number of threads.
 class ChunkSchedule {
   public:
     ChunkSchedule() = default;

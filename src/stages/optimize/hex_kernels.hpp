@@ -8,18 +8,19 @@ namespace hexopt {
 inline constexpr int kGroup = 16;
 
 /// Up to kGroup cells and the energy they are measured with.
-///   E = shape_weight * weight * sum over tets S / (3 chi(J)^(2/3)) + penalty_weight * sum over corners (theta - SJ)+^2
+///   E = shape_weight * weight * sum over tets S / (3 chi(J)^(2/3)) + penalty_weight * sum over corners
+///   (theta - SJ)+^2
 struct HexGroup {
-    const Point* positions;         ///< of the whole mesh
-    const Cell* cells;              ///< the group's cells, `count` of them
-    const float* inverse_length;    ///< 3 a cell: 1 / target edge length along xi, eta, zeta (1 / model unit)
-    const float* weight;            ///< one a cell
-    const std::uint32_t* tet_mask;  ///< one a cell: bit t set where tetrahedron t (hex::kTetEdge) counts
-    int count;                      ///< 1..kGroup
-    double eps;                     ///< regularisation of J, > 0
+    const Point* positions;        ///< of the whole mesh
+    const Cell* cells;             ///< the group's cells, `count` of them
+    const float* inverse_length;   ///< 3 a cell: 1 / target edge length along xi, eta, zeta (1 / model unit)
+    const float* weight;           ///< one a cell
+    const std::uint32_t* tet_mask; ///< one a cell: bit t set where tetrahedron t (hex::kTetEdge) counts
+    int count;                     ///< 1..kGroup
+    double eps;                    ///< regularisation of J, > 0
     double shape_weight = 1;
-    double penalty_weight = 0;      ///< 0: no penalty on the scaled Jacobian
-    double theta = 0;               ///< scaled Jacobian below which a corner is penalised
+    double penalty_weight = 0; ///< 0: no penalty on the scaled Jacobian
+    double theta = 0;          ///< scaled Jacobian below which a corner is penalised
 };
 
 struct HexValue {

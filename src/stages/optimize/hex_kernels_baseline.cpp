@@ -3,6 +3,7 @@
 namespace hexopt {
 
 extern const HexKernels kHexKernels_baseline;
-const HexKernels kHexKernels_baseline = {"baseline", baseline::value, baseline::gradient, baseline::hessian, baseline::measure};
+const HexKernels kHexKernels_baseline = {"baseline", baseline::value, baseline::gradient, baseline::hessian,
+                                         baseline::measure};
 
 } // namespace hexopt

@@ -1,8 +1,8 @@
-// Kernels on kLanes cells of a group at once. Included inside a namespace that defines real, rvec3 and the mathematics
-// of shaders/math (hex_kernels_impl.hpp), once for float and once for double: no include guard.
+// Kernels on kLanes cells of a group at once. Included inside a namespace that defines real, rvec3 and the
+// mathematics of shaders/math (hex_kernels_impl.hpp), once for float and once for double: no include guard.
 
 struct LaneCells {
-    rvec3 edge[12];      ///< hex::kEdgeVertex, in target units
+    rvec3 edge[12]; ///< hex::kEdgeVertex, in target units
     real inverse_length[3];
     real weight;
     bool all_tets;
@@ -51,7 +51,8 @@ inline void load(const HexGroup& group, int first, LaneCells& out) {
 inline real tet_counts(const LaneCells& cells, int t) {
     real r(1);
     if (!cells.all_tets)
-        for (int lane = 0; lane < kLanes; ++lane) r.set(lane, static_cast<lane_real>(cells.mask[lane] >> t & 1u));
+        for (int lane = 0; lane < kLanes; ++lane)
+            r.set(lane, static_cast<lane_real>(cells.mask[lane] >> t & 1u));
     return r;
 }
 
@@ -207,7 +208,8 @@ inline void add_outer(LaneBlock& block, const rvec3& p, const rvec3& q) {
     block.m[8] += p.z * q.z;
 }
 
-/// Hessian in edge space: 12 diagonal blocks, and for each pair of directions the 4x4 blocks between their edges.
+/// Hessian in edge space: 12 diagonal blocks, and for each pair of directions the 4x4 blocks between their
+/// edges.
 struct EdgeHessian {
     LaneBlock diagonal[12];
     LaneBlock cross[3][4][4]; ///< directions (xi, eta), (xi, zeta), (eta, zeta)
@@ -215,7 +217,8 @@ struct EdgeHessian {
 
 inline void add_tet(EdgeHessian& h, int t, const LaneTet& tet, const TetShape& shape, const real& factor) {
     const auto& e = hex::kTetEdge[t];
-    const real alpha = tet_hessian_alpha(shape) * factor, half_beta = real(0.5) * tet_hessian_beta(shape) * factor;
+    const real alpha = tet_hessian_alpha(shape) * factor,
+               half_beta = real(0.5) * tet_hessian_beta(shape) * factor;
     const real twice_h = real(2) * shape.scale * factor;
     // alpha (x_k g_l^T + g_k x_l^T) + beta g_k g_l^T = y_k g_l^T + g_k y_l^T with y = alpha x + beta / 2 g
     const rvec3 ya = tet.a * alpha + tet.ga * half_beta;
@@ -250,8 +253,10 @@ inline void scatter(LaneBlock* out, int row, int col, const LaneBlock& block, bo
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
                 const real& value = block.m[transposed ? 3 * j + i : 3 * i + j];
-                if (plus) to.m[3 * i + j] += value;
-                else to.m[3 * i + j] -= value;
+                if (plus)
+                    to.m[3 * i + j] += value;
+                else
+                    to.m[3 * i + j] -= value;
             }
     };
     if (row <= col) add(out[hessian_block(row, col)], false);
@@ -277,7 +282,8 @@ inline void edges_to_vertices(const EdgeHessian& h, const LaneCells& cells, Lane
     }
     constexpr int kDirections[3][2] = {{0, 1}, {0, 2}, {1, 2}};
     for (int pair = 0; pair < 3; ++pair) {
-        const real f = cells.inverse_length[kDirections[pair][0]] * cells.inverse_length[kDirections[pair][1]];
+        const real f =
+            cells.inverse_length[kDirections[pair][0]] * cells.inverse_length[kDirections[pair][1]];
         for (int i = 0; i < 4; ++i)
             for (int j = 0; j < 4; ++j) {
                 const LaneBlock block = scaled(h.cross[pair][i][j], f);

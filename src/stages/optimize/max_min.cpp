@@ -100,15 +100,19 @@ class MaxMin {
             const double before = result.min_sj_after;
             if (attempt(before + rise, shape_weight, result)) {
                 result.min_sj_after = summarise(measure_).min_sj;
-                if (result.min_sj_after - before > 0.2 * rise) failures = 0;
-                else ++failures, rise = std::max(0.5 * rise, 0.005);
+                if (result.min_sj_after - before > 0.2 * rise)
+                    failures = 0;
+                else
+                    ++failures, rise = std::max(0.5 * rise, 0.005);
             } else {
                 ++failures;
                 shape_weight = std::max(1e-5, shape_weight * 0.1);
                 rise *= 0.5;
             }
-            budget_.context().log(LogLevel::debug, fmt::format("max-min {}: min SJ {:.4f} -> {:.4f}, next rise {:.4f}, weight {:.0e}",
-                                                               result.rounds, before, result.min_sj_after, rise, shape_weight));
+            budget_.context().log(
+                LogLevel::debug,
+                fmt::format("max-min {}: min SJ {:.4f} -> {:.4f}, next rise {:.4f}, weight {:.0e}",
+                            result.rounds, before, result.min_sj_after, rise, shape_weight));
         }
         return result;
     }

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "stages/optimize/surface_motion.hpp"
 #include "stages/optimize/newton.hpp"
+#include "stages/optimize/surface_motion.hpp"
 
 namespace hexopt {
 
@@ -12,7 +12,7 @@ struct Movement {
     std::vector<std::uint8_t> movable;      ///< per vertex
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
-    double band = 0;                        ///< how far needy boundary vertices may leave the surface, model units
+    double band = 0; ///< how far needy boundary vertices may leave the surface, model units
 };
 
 struct MaxMinResult {
@@ -20,13 +20,14 @@ struct MaxMinResult {
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
 };
 
-/// Lets the boundary vertices of the given cells, and of one ring around them, leave the surface by movement.band;
-/// corners among them become movable. Returns the vertices whose band was opened.
+/// Lets the boundary vertices of the given cells, and of one ring around them, leave the surface by
+/// movement.band; corners among them become movable. Returns the vertices whose band was opened.
 std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells);
 
-/// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a penalty on every
-/// corner below a threshold that rises with the minimum. positions are changed only where the minimum rises and
-/// no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once the minimum reaches it.
+/// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a
+/// penalty on every corner below a threshold that rises with the minimum. positions are changed only where
+/// the minimum rises and no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once
+/// the minimum reaches it.
 MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
                                Budget& budget);
 

@@ -15,7 +15,8 @@ constexpr double kArmijo = 1e-4;
 
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
-      gradient_(problem.dof_count()), step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {}
+      gradient_(problem.dof_count()), step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {
+}
 
 HexGroup Newton::group(const Objective& objective, std::span<const Point> positions, std::size_t begin,
                        std::size_t end) const {
@@ -72,8 +73,8 @@ std::vector<CellMeasure> Newton::measure() const {
             const HexGroup g = group({}, positions_, c, std::min(end, c + kGroup));
             hex_kernels().measure(g, lanes);
             for (int i = 0; i < g.count; ++i)
-                result[c + static_cast<std::size_t>(i)] = {static_cast<float>(lanes.min_sj[i]),
-                                                           !(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0)};
+                result[c + static_cast<std::size_t>(i)] = {
+                    static_cast<float>(lanes.min_sj[i]), !(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0)};
         }
     });
     return result;
@@ -91,7 +92,8 @@ ObjectiveValue Newton::compute_gradient(const Objective& objective) {
             accumulate(cell.value, g.count, sum);
             for (int i = 0; i < g.count; ++i)
                 for (int k = 0; k < 8; ++k) {
-                    const Point slope(cell.gradient[3 * k][i], cell.gradient[3 * k + 1][i], cell.gradient[3 * k + 2][i]);
+                    const Point slope(cell.gradient[3 * k][i], cell.gradient[3 * k + 1][i],
+                                      cell.gradient[3 * k + 2][i]);
                     for (DofShare share : problem_.shares(g.cells[i][k]))
                         gradient_[share.dof] += static_cast<double>(share.weight) * slope;
                 }
@@ -109,7 +111,8 @@ void Newton::assemble(const Objective& objective) {
         for (std::size_t c = begin; c < end; c += kGroup) {
             const HexGroup g = group(objective, positions_, c, std::min(end, c + kGroup));
             hex_kernels().hessian(g, cell);
-            for (int i = 0; i < g.count; ++i) matrix_.add_cell(c + static_cast<std::size_t>(i), &cell.block[0][i], kGroup);
+            for (int i = 0; i < g.count; ++i)
+                matrix_.add_cell(c + static_cast<std::size_t>(i), &cell.block[0][i], kGroup);
         }
     });
 }

@@ -38,8 +38,8 @@ struct NewtonResult {
     bool stalled = false; ///< the line search found no decrease
 };
 
-/// Newton's method with a semidefinite Hessian model, conjugate gradients and Armijo backtracking over all dofs of
-/// a problem at once. Keeps the mesh's positions up to date; hanging vertices follow their masters.
+/// Newton's method with a semidefinite Hessian model, conjugate gradients and Armijo backtracking over all
+/// dofs of a problem at once. Keeps the mesh's positions up to date; hanging vertices follow their masters.
 class Newton {
   public:
     /// motion: null where every dof is free.

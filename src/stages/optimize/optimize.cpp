@@ -40,8 +40,9 @@ MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, 
             HexMeasure lanes;
             for (std::size_t c = begin; c < end; c += kGroup) {
                 const int count = static_cast<int>(std::min<std::size_t>(kGroup, end - c));
-                hex_kernels().measure({positions.data(), &mesh.cells[c], ones.data(), ones.data(), all.data(), count, 1},
-                                      lanes);
+                hex_kernels().measure(
+                    {positions.data(), &mesh.cells[c], ones.data(), ones.data(), all.data(), count, 1},
+                    lanes);
                 for (int i = 0; i < count; ++i)
                     sum = combine(sum, {!(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0), lanes.min_sj[i],
                                         lanes.min_sj[i]});
@@ -51,12 +52,15 @@ MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, 
         combine);
 }
 
-Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface, const OptimizeOptions& o) {
+Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+             const OptimizeOptions& o) {
     const auto usage = [](std::string reason) {
         return make_error(ErrorCode::usage, "optimize", "", std::move(reason));
     };
-    if (topology.revision != mesh.revision) return usage("the topology belongs to another revision of the mesh");
-    if (o.boundary == BoundaryMode::slide && !surface) return usage("sliding needs a boundary model; give one or fix the boundary");
+    if (topology.revision != mesh.revision)
+        return usage("the topology belongs to another revision of the mesh");
+    if (o.boundary == BoundaryMode::slide && !surface)
+        return usage("sliding needs a boundary model; give one or fix the boundary");
     if (!(o.max_deviation_rel >= 0 && o.max_deviation_rel <= 0.1))
         return usage("the maximum deviation must lie in 0..0.1 of the diagonal");
     if (!(o.min_sj >= -1 && o.min_sj <= 1)) return usage("the target scaled Jacobian must lie in -1..1");
@@ -64,7 +68,8 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
     if (o.max_iterations < 1) return usage("the number of iterations must be at least 1");
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
         if (const Point& p = mesh.positions[v]; !std::isfinite(p.x + p.y + p.z))
-            return make_error(ErrorCode::bad_input, "optimize", "vertex " + std::to_string(v), "position is not finite");
+            return make_error(ErrorCode::bad_input, "optimize", "vertex " + std::to_string(v),
+                              "position is not finite");
     return Done{};
 }
 
@@ -98,7 +103,8 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     stats.restored_input = !improved;
     stats.seconds = budget.seconds();
     if (context.is_cancelled())
-        return make_error(ErrorCode::cancelled, "optimize", "", "cancelled; the best state so far is kept in memory");
+        return make_error(ErrorCode::cancelled, "optimize", "",
+                          "cancelled; the best state so far is kept in memory");
     return stats;
 }
 

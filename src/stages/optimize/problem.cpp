@@ -19,7 +19,8 @@ constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
     for (int t = 0; t < 32; ++t)
         for (int d = 0; d < 3; ++d)
             for (int end = 0; end < 2; ++end)
-                bits[t] = static_cast<std::uint8_t>(bits[t] | 1u << hex::kEdgeVertex[hex::kTetEdge[t][d]][end]);
+                bits[t] =
+                    static_cast<std::uint8_t>(bits[t] | 1u << hex::kEdgeVertex[hex::kTetEdge[t][d]][end]);
     return bits;
 }();
 
@@ -70,7 +71,8 @@ void Problem::make_shares(const Topology& topology) {
         for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
             if (const Index dof = vertex_dof_[hanging.master[k]]; dof != kNoIndex)
                 hanging_share_.item.push_back({dof, static_cast<float>(hanging.weight[k])});
-        if (hanging_share_.item.size() > hanging_share_.offset.back()) hanging_rows_.push_back(static_cast<Index>(row));
+        if (hanging_share_.item.size() > hanging_share_.offset.back())
+            hanging_rows_.push_back(static_cast<Index>(row));
         hanging_share_.offset.push_back(hanging_share_.item.size());
     }
 }
@@ -165,7 +167,8 @@ void Problem::update_lengths(std::span<const Point> positions, const Parallel& p
             return sum;
         },
         std::plus<>());
-    const float floor = static_cast<float>(1e-3 * total / static_cast<double>(std::max<std::size_t>(1, cells_.size())));
+    const float floor =
+        static_cast<float>(1e-3 * total / static_cast<double>(std::max<std::size_t>(1, cells_.size())));
     parallel.for_each(cells_.size(), 4096, [&](std::size_t i) {
         const float inverse = 1.0f / std::max(inverse_length_[3 * i], floor);
         for (int d = 0; d < 3; ++d) inverse_length_[3 * i + d] = inverse;

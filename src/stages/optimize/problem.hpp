@@ -16,9 +16,9 @@ struct DofShare {
     float weight;
 };
 
-/// Which vertices move, which cells that concerns and in which order they are visited. The vertices that move are the
-/// degrees of freedom (dofs), numbered along the mesh's adjacency for locality. Built for a whole mesh or for a
-/// neighbourhood of it; positions are not part of it.
+/// Which vertices move, which cells that concerns and in which order they are visited. The vertices that move
+/// are the degrees of freedom (dofs), numbered along the mesh's adjacency for locality. Built for a whole
+/// mesh or for a neighbourhood of it; positions are not part of it.
 class Problem {
   public:
     /// movable[v] != 0: vertex v may move (hanging vertices never count as movable; they follow).
@@ -28,14 +28,14 @@ class Problem {
     std::size_t dof_count() const { return dof_vertex_.size(); }
     std::size_t cell_count() const { return cells_.size(); }
 
-    std::span<const Index> dof_vertex() const { return dof_vertex_; }   ///< dof -> vertex
-    std::span<const Cell> cells() const { return cells_; }              ///< cells with a movable corner
-    std::span<const Index> cell_id() const { return cell_id_; }         ///< their numbers in the mesh
+    std::span<const Index> dof_vertex() const { return dof_vertex_; }         ///< dof -> vertex
+    std::span<const Cell> cells() const { return cells_; }                    ///< cells with a movable corner
+    std::span<const Index> cell_id() const { return cell_id_; }               ///< their numbers in the mesh
     std::span<const float> inverse_length() const { return inverse_length_; } ///< 3 a cell
     std::span<const float> weight() const { return weight_; }
     std::span<const std::uint32_t> tet_mask() const { return tet_mask_; }
-    const ChunkSchedule& schedule() const { return schedule_; }         ///< over cells, by the dofs they depend on
-    const Csr<Index>& cell_dof() const { return cell_dof_; }            ///< dofs that a cell depends on, sorted
+    const ChunkSchedule& schedule() const { return schedule_; } ///< over cells, by the dofs they depend on
+    const Csr<Index>& cell_dof() const { return cell_dof_; }    ///< dofs that a cell depends on, sorted
 
     /// Dof of a vertex, kNoIndex where it is fixed or hanging.
     Index vertex_dof(Index vertex) const { return vertex_dof_[vertex]; }
@@ -49,8 +49,8 @@ class Problem {
     /// Recomputes the hanging vertices that depend on dofs.
     void apply_hanging(std::span<Point> positions) const;
 
-    /// Measures target sizes from the current positions: the mean edge length of each cell along the three directions
-    /// together (delta = its cube), not below 1e-3 of the mean over the mesh.
+    /// Measures target sizes from the current positions: the mean edge length of each cell along the three
+    /// directions together (delta = its cube), not below 1e-3 of the mean over the mesh.
     void update_lengths(std::span<const Point> positions, const Parallel& parallel);
 
   private:
@@ -62,10 +62,10 @@ class Problem {
 
     const HexMesh* mesh_;
     std::vector<Index> dof_vertex_, vertex_dof_;
-    std::vector<DofShare> self_share_;      ///< per dof
-    Csr<DofShare> hanging_share_;           ///< per hanging row of the mesh
-    std::vector<Index> hanging_row_;        ///< per vertex, empty in conforming meshes
-    std::vector<Index> hanging_rows_;       ///< rows that depend on a dof
+    std::vector<DofShare> self_share_; ///< per dof
+    Csr<DofShare> hanging_share_;      ///< per hanging row of the mesh
+    std::vector<Index> hanging_row_;   ///< per vertex, empty in conforming meshes
+    std::vector<Index> hanging_rows_;  ///< rows that depend on a dof
     std::vector<Cell> cells_;
     std::vector<Index> cell_id_;
     std::vector<std::uint8_t> cell_hanging_;

@@ -9,7 +9,8 @@ namespace hexopt {
 
 namespace {
 
-/// How far quads may leave a curved surface by mere sliding when the user names no deviation, relative to the diagonal.
+/// How far quads may leave a curved surface by mere sliding when the user names no deviation, relative to the
+/// diagonal.
 constexpr double kSlidingDeviationRel = 0.005;
 
 class RobustRun {
@@ -17,8 +18,9 @@ class RobustRun {
     RobustRun(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
               const OptimizeOptions& options, std::vector<Point>& positions, Budget& budget,
               const std::function<void()>& keep_if_better, OptimizeStats& stats)
-        : mesh_(mesh), topology_(topology), surface_(options.boundary == BoundaryMode::slide ? surface : nullptr),
-          options_(options), positions_(positions), budget_(budget), keep_if_better_(keep_if_better), stats_(stats) {}
+        : mesh_(mesh), topology_(topology),
+          surface_(options.boundary == BoundaryMode::slide ? surface : nullptr), options_(options),
+          positions_(positions), budget_(budget), keep_if_better_(keep_if_better), stats_(stats) {}
 
     void run() {
         Context& context = budget_.context();
@@ -40,14 +42,17 @@ class RobustRun {
 
   private:
     void untangle_interior() {
-        movement_ = {&mesh_, &topology_, std::vector<std::uint8_t>(mesh_.vertex_count()), nullptr, nullptr, 0};
-        for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) movement_.movable[v] = !topology_.on_boundary[v];
+        movement_ = {&mesh_,  &topology_, std::vector<std::uint8_t>(mesh_.vertex_count()),
+                     nullptr, nullptr,    0};
+        for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
+            movement_.movable[v] = !topology_.on_boundary[v];
         Problem problem(mesh_, topology_, movement_.movable);
         problem.update_lengths(positions_, budget_.parallel());
         Newton newton(problem, positions_, nullptr, budget_);
         const auto count_bad = [&] {
             const auto cells = newton.measure();
-            return std::count_if(cells.begin(), cells.end(), [](const CellMeasure& c) { return c.has_bad32; });
+            return std::count_if(cells.begin(), cells.end(),
+                                 [](const CellMeasure& c) { return c.has_bad32; });
         };
         if (const auto bad = count_bad(); bad > 0) {
             const std::vector<Point> before = positions_;
@@ -71,8 +76,8 @@ class RobustRun {
         limits_ = compute_surface_limits(mesh_, topology_, *surface_, deviation, budget_.parallel());
         const auto bound = surface_->associations();
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
-            movement_.movable[v] = bound[v].kind == EntityKind::interior || bound[v].kind == EntityKind::patch ||
-                                   bound[v].kind == EntityKind::curve;
+            movement_.movable[v] = bound[v].kind == EntityKind::interior ||
+                                   bound[v].kind == EntityKind::patch || bound[v].kind == EntityKind::curve;
         movement_.surface = surface_;
         movement_.limits = &limits_;
         movement_.band = 0.5 * options_.max_deviation_rel * diagonal;

@@ -11,20 +11,24 @@ namespace {
 constexpr double kNearEnd = 0.98; ///< of its range: a vertex this far out counts as being at the end
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
-/// Largest of a few radii around the vertex's own edge length within which sliding stays within the deviation.
-float compute_reach(const BoundaryModel& surface, Association bound_to, const Point& at, double edge, double deviation) {
+/// Largest of a few radii around the vertex's own edge length within which sliding stays within the
+/// deviation.
+float compute_reach(const BoundaryModel& surface, Association bound_to, const Point& at, double edge,
+                    double deviation) {
     for (double radius = 8 * edge; radius > edge / 64; radius /= 2) {
         const double spread = surface.normal_spread(bound_to, at, radius);
         const double sine = spread >= 1.5707963 ? 1 : std::sin(spread);
-        if (radius * sine <= 0.5 * deviation) return radius == 8 * edge ? kUnlimited : static_cast<float>(radius);
+        if (radius * sine <= 0.5 * deviation)
+            return radius == 8 * edge ? kUnlimited : static_cast<float>(radius);
     }
     return static_cast<float>(std::min(0.5 * deviation, edge));
 }
 
 } // namespace
 
-SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                                     double deviation, const Parallel& parallel) {
+SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology,
+                                     const BoundaryModel& surface, double deviation,
+                                     const Parallel& parallel) {
     SurfaceLimits limits;
     limits.start = mesh.positions;
     limits.reach.assign(mesh.vertex_count(), kUnlimited);
@@ -35,7 +39,8 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
         double edge = 0;
         for (CellCorner corner : topology.vertex_cell[v]) {
             const Cell& cell = mesh.cells[corner.cell];
-            edge = std::max(edge, glm::distance(mesh.positions[cell[0]], mesh.positions[cell[6]]) / 1.7320508);
+            edge =
+                std::max(edge, glm::distance(mesh.positions[cell[0]], mesh.positions[cell[6]]) / 1.7320508);
         }
         limits.start[v] = surface.project(bound[v], mesh.positions[v]).point;
         limits.reach[v] = compute_reach(surface, bound[v], limits.start[v], edge, deviation);
@@ -43,7 +48,8 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
     return limits;
 }
 
-SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits)
+SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
+                             const SurfaceLimits& limits)
     : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {}
 
 void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<const Point> descent,
@@ -51,8 +57,11 @@ void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<const P
     const auto bound = surface_.associations();
     for (Index d = 0; d < out.size(); ++d) {
         const Index v = problem_.dof_vertex()[d];
-        if (bound[v].kind == EntityKind::interior) out[d] = {};
-        else out[d] = is_off_surface(v) ? in_band(d, positions[v], descent[d]) : on_surface(d, positions[v], descent[d]);
+        if (bound[v].kind == EntityKind::interior)
+            out[d] = {};
+        else
+            out[d] = is_off_surface(v) ? in_band(d, positions[v], descent[d])
+                                       : on_surface(d, positions[v], descent[d]);
     }
 }
 
@@ -62,8 +71,10 @@ Freedom SurfaceMotion::on_surface(Index dof, const Point& at, const Point& desce
     const Projection foot = surface_.project(bound, at, hint_[dof]);
     hint_[dof] = foot.element;
     const Point moved = at - limits_.start[v];
-    const bool at_end = glm::length(moved) > kNearEnd * static_cast<double>(limits_.reach[v]) && glm::dot(moved, descent) > 0;
-    if (bound.kind == EntityKind::curve) return {at_end ? Freedom::none : Freedom::line, foot.smooth_direction};
+    const bool at_end =
+        glm::length(moved) > kNearEnd * static_cast<double>(limits_.reach[v]) && glm::dot(moved, descent) > 0;
+    if (bound.kind == EntityKind::curve)
+        return {at_end ? Freedom::none : Freedom::line, foot.smooth_direction};
     if (bound.kind != EntityKind::patch) return {Freedom::none, Point(0)};
     if (!at_end) return {Freedom::plane, foot.smooth_direction};
     const Point along = glm::cross(foot.smooth_direction, moved);

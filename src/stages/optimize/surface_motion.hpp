@@ -7,15 +7,16 @@ namespace hexopt {
 
 /// How far the boundary vertices of a mesh may go on their surface, and off it. Arrays are per vertex.
 struct SurfaceLimits {
-    std::vector<Point> start;     ///< where the vertex began, on its entity
-    std::vector<float> reach;     ///< largest distance from start; infinite in flat places
-    std::vector<float> band;      ///< largest distance from the surface; 0: exactly on its entity
+    std::vector<Point> start; ///< where the vertex began, on its entity
+    std::vector<float> reach; ///< largest distance from start; infinite in flat places
+    std::vector<float> band;  ///< largest distance from the surface; 0: exactly on its entity
 };
 
-/// Limits so that quads between moved vertices stay within `deviation` (model units, > 0) of the surface: a vertex
-/// moves at most 0.5 * deviation / sin(spread of the normals nearby). Bands start at 0.
-SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                                     double deviation, const Parallel& parallel);
+/// Limits so that quads between moved vertices stay within `deviation` (model units, > 0) of the surface: a
+/// vertex moves at most 0.5 * deviation / sin(spread of the normals nearby). Bands start at 0.
+SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology,
+                                     const BoundaryModel& surface, double deviation,
+                                     const Parallel& parallel);
 
 /// Boundary dofs slide on their patch or curve within their limits; interior ones are free.
 class SurfaceMotion final : public Motion {

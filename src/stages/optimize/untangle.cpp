@@ -38,12 +38,13 @@ int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<co
             for (int i = 0; i < 2; ++i)
                 for (DofShare a : problem.shares(ends[i])) {
                     if (fixed(a.dof)) continue;
-                    rhs[a.dof] += static_cast<double>(weight * a.weight) * (positions[ends[1 - i]] - positions[ends[i]]);
+                    rhs[a.dof] += static_cast<double>(weight * a.weight) *
+                                  (positions[ends[1 - i]] - positions[ends[i]]);
                     for (int j = 0; j < 2; ++j)
                         for (DofShare b : problem.shares(ends[j]))
                             if (b.dof >= a.dof && !fixed(b.dof))
-                                matrix.add_scaled_identity(a.dof, b.dof,
-                                                           (i == j ? 1.0f : -1.0f) * weight * a.weight * b.weight);
+                                matrix.add_scaled_identity(
+                                    a.dof, b.dof, (i == j ? 1.0f : -1.0f) * weight * a.weight * b.weight);
                 }
         }
     }
@@ -68,10 +69,11 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
         result.cg_iterations += step.cg_iterations;
         result.min_jacobian = step.end.min_jacobian;
         const double decrease = 1 - step.end.energy / step.start.energy;
-        budget.context().log(LogLevel::debug,
-                             fmt::format("round {}: eps {:.3e}, energy {:.6e} -> {:.6e}, least J {:.3e}, {} steps, {} cg",
-                                         result.rounds, objective.eps, step.start.energy, step.end.energy,
-                                         step.end.min_jacobian, step.steps, step.cg_iterations));
+        budget.context().log(
+            LogLevel::debug,
+            fmt::format("round {}: eps {:.3e}, energy {:.6e} -> {:.6e}, least J {:.3e}, {} steps, {} cg",
+                        result.rounds, objective.eps, step.start.energy, step.end.energy,
+                        step.end.min_jacobian, step.steps, step.cg_iterations));
         if (step.end.min_jacobian > 0) {
             stalled_rounds = 0;
             objective.eps = kValidEps;
@@ -81,8 +83,9 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
         stalled_rounds = decrease < 1e-4 ? stalled_rounds + 1 : 0;
         if (stalled_rounds >= kMaxStalledRounds) break;
         const double least = step.end.min_jacobian;
-        objective.eps = std::max(1e-9, std::min(0.2 * std::abs(least),
-                                                garanzha_eps(objective.eps, least, step.start.energy, step.end.energy)));
+        objective.eps =
+            std::max(1e-9, std::min(0.2 * std::abs(least),
+                                    garanzha_eps(objective.eps, least, step.start.energy, step.end.energy)));
     }
     result.eps = objective.eps;
     return result;

@@ -1,0 +1,140 @@
+#include "stages/optimize/optimize.hpp"
+
+#include "domain/boundary_model.hpp"
+#include "mesh/topology.hpp"
+#include "quality/mesh_validity.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <random>
+
+using namespace hexopt;
+
+namespace {
+
+HexMesh make_grid(Index n) {
+    HexMesh mesh;
+    const auto id = [n](Index i, Index j, Index k) { return i + (n + 1) * (j + (n + 1) * k); };
+    for (Index k = 0; k <= n; ++k)
+        for (Index j = 0; j <= n; ++j)
+            for (Index i = 0; i <= n; ++i)
+                mesh.positions.emplace_back(Point(i, j, k) / static_cast<double>(n));
+    for (Index k = 0; k < n; ++k)
+        for (Index j = 0; j < n; ++j)
+            for (Index i = 0; i < n; ++i)
+                mesh.cells.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k),
+                                      id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1),
+                                      id(i, j + 1, k + 1)});
+    return mesh;
+}
+
+void scramble_interior(HexMesh& mesh, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (Point& p : mesh.positions) {
+        const auto inside = [](double x) { return x > 0 && x < 1; };
+        if (inside(p.x) && inside(p.y) && inside(p.z)) p = {unit(random), unit(random), unit(random)};
+    }
+}
+
+OptimizeStats run(HexMesh& mesh, BoundaryMode boundary, int threads = 2) {
+    Context context(threads);
+    const Topology topology = compute_topology(mesh);
+    auto surface = build_boundary_model(mesh, topology, {}, context);
+    REQUIRE(surface);
+    OptimizeOptions options;
+    options.boundary = boundary;
+    auto stats = optimize(mesh, topology, &*surface, options, context);
+    REQUIRE(stats);
+    return *stats;
+}
+
+} // namespace
+
+TEST_CASE("a scrambled cube untangles to the lattice") {
+    HexMesh mesh = make_grid(12);
+    scramble_interior(mesh, 3);
+    const OptimizeStats stats = run(mesh, GENERATE(BoundaryMode::fixed, BoundaryMode::slide));
+    CHECK(stats.bad32_before > 1000);
+    CHECK(stats.bad32_after == 0);
+    CHECK(stats.min_sj_after > 0.95);
+    const ValidityCounts counts = compute_validity(mesh, Parallel(1));
+    CHECK(counts.is_valid());
+}
+
+TEST_CASE("a fixed boundary stays bit for bit") {
+    HexMesh mesh = make_grid(6);
+    scramble_interior(mesh, 5);
+    const HexMesh before = mesh;
+    run(mesh, BoundaryMode::fixed);
+    const Topology topology = compute_topology(mesh);
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        if (topology.on_boundary[v]) CHECK(mesh.positions[v] == before.positions[v]);
+}
+
+TEST_CASE("a sliding boundary stays on the cube, its edges and corners") {
+    HexMesh mesh = make_grid(6);
+    scramble_interior(mesh, 5);
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> shift(-0.05, 0.05);
+    const HexMesh lattice = mesh;
+    const auto on_side = [](double x) { return x == 0 || x == 1; };
+    for (Point& p : mesh.positions)
+        for (int a = 0; a < 3; ++a)
+            if (!on_side(p[a])) p[a] += shift(random);
+    run(mesh, BoundaryMode::slide);
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        for (int a = 0; a < 3; ++a)
+            if (on_side(lattice.positions[v][a]))
+                CHECK(std::abs(mesh.positions[v][a] - lattice.positions[v][a]) < 1e-12);
+}
+
+TEST_CASE("the result has the same bits for any number of threads") {
+    HexMesh one = make_grid(10);
+    scramble_interior(one, 9);
+    HexMesh many = one;
+    const auto mode = GENERATE(BoundaryMode::fixed, BoundaryMode::slide);
+    run(one, mode, 1);
+    run(many, mode, 4);
+    CHECK(std::memcmp(one.positions.data(), many.positions.data(), one.positions.size() * sizeof(Point)) ==
+          0);
+}
+
+TEST_CASE("a perfect mesh is left as it is") {
+    HexMesh mesh = make_grid(4);
+    const HexMesh before = mesh;
+    run(mesh, BoundaryMode::slide);
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        CHECK(glm::distance(mesh.positions[v], before.positions[v]) < 1e-12);
+}
+
+TEST_CASE("options outside their range are refused") {
+    HexMesh mesh = make_grid(2);
+    const Topology topology = compute_topology(mesh);
+    Context context(1);
+    OptimizeOptions options;
+    options.boundary = BoundaryMode::slide;
+    CHECK(optimize(mesh, topology, nullptr, options, context).error().code == ErrorCode::usage);
+    options.boundary = BoundaryMode::fixed;
+    options.max_iterations = 0;
+    CHECK(optimize(mesh, topology, nullptr, options, context).error().code == ErrorCode::usage);
+    options.max_iterations = 10;
+    mesh.positions[13].x = std::numeric_limits<double>::quiet_NaN();
+    CHECK(optimize(mesh, topology, nullptr, options, context).error().code == ErrorCode::bad_input);
+}
+
+TEST_CASE("a cancelled run says so and is never worse") {
+    HexMesh mesh = make_grid(8);
+    scramble_interior(mesh, 2);
+    Context context(1);
+    context.cancel();
+    OptimizeOptions options;
+    options.boundary = BoundaryMode::fixed;
+    const HexMesh before = mesh;
+    const auto stats = optimize(mesh, compute_topology(mesh), nullptr, options, context);
+    REQUIRE_FALSE(stats);
+    CHECK(stats.error().code == ErrorCode::cancelled);
+    CHECK(compute_validity(mesh, Parallel(1)).concave_cells <=
+          compute_validity(before, Parallel(1)).concave_cells);
+}
