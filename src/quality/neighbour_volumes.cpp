@@ -75,6 +75,11 @@ NeighbourVolumes compute_neighbour_volumes(const HexMesh& mesh, const Topology& 
             return part;
         },
         combine);
+    NeighbourVolumes between_levels = zero;
+    for (std::size_t i = 0; i < topology.coarse_faces.size(); ++i)
+        for (const CellFace& fine : topology.fine_faces[i])
+            add_pair(between_levels, volume[topology.coarse_faces[i].cell], volume[fine.cell], fine);
+    total = combine(total, between_levels);
     const std::size_t defined = total.faces - total.undefined;
     total.mean = defined ? total.mean / static_cast<double>(defined) : 1;
     return total;

@@ -3,6 +3,7 @@
 #include "quality/hexes.hpp"
 #include "quality/report_json.hpp"
 #include "quality/report_text.hpp"
+#include "samples/box_mesh.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -63,6 +64,22 @@ TEST_CASE("volume ratios are those of neighbouring layers") {
     CHECK(n.worst.cell == 0);
     for (int k = 16; k < 20; ++k) mesh.positions[k].z = 8; // the last layer is turned over
     CHECK(report_of(mesh).neighbour_volumes.undefined == 1);
+}
+
+TEST_CASE("volume ratios count a coarse face once for each fine part") {
+    // Three cubes in a row, of which the one in the middle is cut in eight.
+    std::vector<LatticeBox> boxes = {{{0, 0, 0}, {2, 2, 2}, 0}, {{4, 0, 0}, {2, 2, 2}, 0}};
+    for (std::uint32_t k = 0; k < 8; ++k) boxes.push_back({{2 + (k & 1), k >> 1 & 1, k >> 2}, {1, 1, 1}, 1});
+    const Result<HexMesh> mesh = make_box_mesh(boxes, 2);
+    REQUIRE(mesh);
+    const QualityReport r = report_of(*mesh);
+    CHECK(r.hanging_vertices == 10);
+    CHECK(r.neighbour_volumes.faces == 12 + 4 + 4);
+    CHECK(r.neighbour_volumes.max == Approx(8));
+    CHECK(r.neighbour_volumes.mean == Approx((12 + 8 * 8) / 20.0));
+    CHECK(r.neighbour_volumes.histogram == std::array<std::size_t, 5>{12, 0, 8, 0, 0});
+    CHECK(r.boundary_faces == 2 * 5 + 4 * 4);
+    CHECK(r.total_volume == Approx(3));
 }
 
 TEST_CASE("the report does not depend on the number of threads") {

@@ -1,6 +1,6 @@
 #include "command.hpp"
 #include "io/atomic_file.hpp"
-#include "io/mesh_io.hpp"
+#include "load_mesh.hpp"
 #include "quality/report_json.hpp"
 #include "quality/report_text.hpp"
 
@@ -34,11 +34,11 @@ void judge(const QualityReport& report, const QualityCommand& options, Session& 
 
 void run(const QualityCommand& options, Session& session) {
     Context& context = session.context();
-    const Result<HexMesh> mesh = read_mesh(options.mesh, context);
-    if (!mesh) return session.fail(mesh.error());
+    const Result<LoadedMesh> loaded = load_mesh(options.mesh, context);
+    if (!loaded) return session.fail(loaded.error());
     QualityOptions wanted;
     wanted.worst_count = options.worst;
-    const Result<QualityReport> report = compute_quality(*mesh, compute_topology(*mesh), wanted, context);
+    const Result<QualityReport> report = compute_quality(loaded->mesh, loaded->topology, wanted, context);
     if (!report) return session.fail(report.error());
     std::string text = to_text(*report);
     text.pop_back();
