@@ -78,6 +78,9 @@ class BoundaryModel {
     /// Binding of every vertex of the mesh that the model was built for.
     std::span<const Association> associations() const { return association_; }
 
+    /// Edges of the mesh that are to follow the model's curves, as pairs of vertices.
+    std::span<const std::array<Index, 2>> feature_edges() const { return feature_edges_; }
+
     /// Closest point of patch `patch` (kNoIndex: of the whole surface). hint: `element` of an earlier result
     /// on the same patch, or kNoIndex.
     Projection project_patch(Index patch, const Point& query, Index hint = kNoIndex) const;
@@ -103,8 +106,9 @@ class BoundaryModel {
     const Point& corner_point(Index corner) const { return corners_[corner]; }
     /// Triangles of a patch, [first, last).
     std::array<Index, 2> patch_triangles(Index patch) const { return patches_[patch].element; }
-    /// Corners of a triangle, model units.
+    /// Corners of a triangle and ends of a segment, model units.
     const std::array<Point, 3>& triangle(Index triangle) const { return triangles_[triangle].corner; }
+    const std::array<Point, 2>& segment(Index segment) const { return segments_[segment].end; }
     SourceFace source_face(Index triangle) const { return source_[triangle]; }
     Index patch_of_triangle(Index triangle) const { return patch_of_triangle_[triangle]; }
     /// Points of a curve in order; a closed one repeats its first point at the end.
@@ -149,6 +153,7 @@ class BoundaryModel {
     Index all_triangles_ = kNoIndex; ///< root over all patches
     Index all_segments_ = kNoIndex;  ///< root over all curves, kNoIndex without any
     std::vector<Association> association_;
+    std::vector<std::array<Index, 2>> feature_edges_;
     double diagonal_ = 0;
 };
 

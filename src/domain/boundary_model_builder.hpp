@@ -17,7 +17,17 @@ struct BoundaryModelParts {
         smooth; ///< per curve: 1 where its first vertex, repeated at the end, is no corner
     std::vector<Index> corner_vertex;
     std::vector<Association> association;
+    std::vector<std::array<Index, 2>> feature_edges; ///< of the mesh; see BoundaryModel::feature_edges
 };
+
+/// Vertices of topology.boundary_faces.
+std::vector<Quad> boundary_quads(const HexMesh& mesh, const Topology& topology);
+
+/// Error bad_input where there is no boundary or one of its vertices is not finite.
+Status check_boundary(const HexMesh& mesh, const Topology& topology);
+
+/// Adds four triangles round the centre of each quad, which becomes a new vertex, with their sources.
+void add_quad_fans(std::span<const Quad> quads, BoundaryModelParts& parts);
 
 /// Takes over curves and corners.
 void add_features(const FeatureGraph& graph, BoundaryModelParts& parts);

@@ -46,8 +46,8 @@ BoxTree::BoxTree(const Box& frame) : centre_(frame.centre()) {
 Index BoxTree::new_node() {
     Node node;
     for (int k = 0; k < 3; ++k) {
-        node.low[k].fill(std::numeric_limits<float>::infinity());
-        node.high[k].fill(-std::numeric_limits<float>::infinity());
+        node.low[k] = Float4{} + std::numeric_limits<float>::infinity();
+        node.high[k] = -node.low[k];
     }
     node.child.fill(kNoIndex);
     node.count.fill(0);

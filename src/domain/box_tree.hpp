@@ -62,8 +62,9 @@ class BoxTree {
             const Entry entry = stack[--top];
             if (entry.distance2 > limit) continue;
             if (entry.count > 0) {
+                const double before = best2;
                 visit(entry.index, entry.index + entry.count);
-                limit = bound();
+                if (best2 < before) limit = bound();
                 continue;
             }
             top = push_children(nodes_[entry.index], q, limit, stack.data(), top);
@@ -73,8 +74,10 @@ class BoxTree {
   private:
     static constexpr int kMaxStack = 128; ///< 3 entries a level and a root: 42 levels, two trees need 33
 
-    struct Node {
-        std::array<std::array<float, 4>, 3> low, high;
+    using Float4 = float __attribute__((vector_size(16)));
+
+    struct alignas(64) Node {
+        std::array<Float4, 3> low, high;
         std::array<Index, 4> child;         ///< node, or first item where count is not 0
         std::array<std::uint32_t, 4> count; ///< items of a leaf; 0: inner node
     };
@@ -92,21 +95,20 @@ class BoxTree {
 
     static int push_children(const Node& node, const std::array<float, 3>& q, float limit, Entry* stack,
                              int top) {
-        alignas(16) float distance2[4] = {0, 0, 0, 0};
-        for (int k = 0; k < 3; ++k)
-            for (int c = 0; c < 4; ++c) {
-                const float below = node.low[k][c] - q[k];
-                const float above = q[k] - node.high[k][c];
-                float d = below > above ? below : above;
-                d = d > 0 ? d : 0;
-                distance2[c] += d * d;
-            }
+        Float4 distance2 = {};
+        for (int k = 0; k < 3; ++k) {
+            const Float4 below = node.low[k] - q[k], above = q[k] - node.high[k];
+            Float4 d = below > above ? below : above;
+            d = d > 0 ? d : Float4{};
+            distance2 += d * d;
+        }
         const int base = top;
         for (int c = 0; c < 4; ++c) {
-            if (!(distance2[c] <= limit)) continue;
+            const float d2 = distance2[c];
+            if (!(d2 <= limit)) continue;
             int at = top++;
-            for (; at > base && stack[at - 1].distance2 < distance2[c]; --at) stack[at] = stack[at - 1];
-            stack[at] = {distance2[c], node.child[c], node.count[c]};
+            for (; at > base && stack[at - 1].distance2 < d2; --at) stack[at] = stack[at - 1];
+            stack[at] = {d2, node.child[c], node.count[c]};
         }
         return top;
     }

@@ -1,0 +1,147 @@
+#include "domain/deviation.hpp"
+#include "domain/sample_meshes.hpp"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+#include <random>
+
+using namespace hexopt;
+
+namespace {
+
+struct Measured {
+    Topology topology;
+    BoundaryModel model;
+};
+
+Measured build(const HexMesh& mesh) {
+    Context context(1);
+    Topology topology = compute_topology(mesh);
+    Result<BoundaryModel> model = build_boundary_model(mesh, topology, {}, context);
+    if (!model) FAIL(model.error().one_line());
+    return {std::move(topology), std::move(*model)};
+}
+
+Deviation measure(const HexMesh& moved, const Measured& original, const DeviationOptions& options = {},
+                  int threads = 1) {
+    Context context(threads);
+    Result<Deviation> deviation =
+        measure_deviation(moved, original.topology, original.model, options, context);
+    if (!deviation) FAIL(deviation.error().one_line());
+    return std::move(*deviation);
+}
+
+HexMesh jittered(double amount, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-amount, amount);
+    return test::grid(6, 5, 4, [&](const Point& p) {
+        return 2.0 * p + Point(uniform(random), uniform(random), uniform(random));
+    });
+}
+
+} // namespace
+
+TEST_CASE("a mesh deviates from its own boundary by exactly nothing") {
+    for (const HexMesh& mesh :
+         {test::cube(3), test::ball(6), test::cylinder(6), jittered(0.1, 1), jittered(0.3, 2)}) {
+        const Deviation d = measure(mesh, build(mesh));
+        CHECK(d.mesh_to_surface.upper == 0);
+        CHECK(d.surface_to_mesh.upper == 0);
+        CHECK(d.feature_largest() == 0);
+        CHECK(d.largest_rel() == 0);
+    }
+}
+
+TEST_CASE("a cube grown about its centre deviates by what geometry says") {
+    const HexMesh cube = test::cube(4);
+    const Measured original = build(cube);
+    HexMesh grown = cube;
+    for (Point& x : grown.positions) x = 1.2 * (x - 0.5) + 0.5;
+    DeviationOptions options;
+    options.tolerance = 1e-3;
+    const Deviation d = measure(grown, original, options);
+    CHECK(d.mesh_to_surface.largest == Approx(0.1 * std::sqrt(3.0)));
+    CHECK(d.mesh_to_surface.upper == Approx(0.1 * std::sqrt(3.0)).epsilon(1e-3));
+    CHECK(d.surface_to_mesh.largest == Approx(0.1).epsilon(1e-3));
+    CHECK(d.mesh_to_curves.largest == Approx(0.1 * std::sqrt(3.0)).epsilon(1e-3));
+    CHECK(d.curves_to_mesh.largest == Approx(0.1 * std::sqrt(2.0)).epsilon(1e-3));
+    CHECK(d.largest_corner_distance == Approx(0.1 * std::sqrt(3.0)));
+    CHECK(d.largest_rel() == Approx(0.1));
+    CHECK(d.mesh_to_surface.rms > 0.1);
+    CHECK(d.mesh_to_surface.rms < 0.1 * std::sqrt(3.0));
+    CHECK(d.bilinear_gap < 1e-15);
+}
+
+TEST_CASE("the bracket of the deviation holds every sample, the place attains it, threads change nothing") {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const HexMesh mesh = jittered(0.05, 3);
+    const Measured original = build(mesh);
+    HexMesh moved = mesh;
+    for (Point& x : moved.positions) x += 0.1 * Point(uniform(random), uniform(random), uniform(random));
+    const Deviation d = measure(moved, original);
+    const Measured other = build(moved);
+    auto check = [&](const DirectedDeviation& directed, const BoundaryModel& from, const BoundaryModel& to) {
+        CHECK(directed.largest <= directed.upper);
+        CHECK(directed.upper <= 1.0101 * directed.largest);
+        CHECK(to.distance(directed.at) == Approx(directed.largest).epsilon(1e-12));
+        double sampled = 0;
+        for (Index t = 0; t < from.triangle_count(); ++t)
+            for (int i = 0; i < 20; ++i) {
+                double u = uniform(random), v = uniform(random);
+                if (u + v > 1) u = 1 - u, v = 1 - v;
+                const auto& x = from.triangle(t);
+                sampled = std::max(sampled, to.distance(x[0] + u * (x[1] - x[0]) + v * (x[2] - x[0])));
+            }
+        CHECK(sampled <= directed.upper);
+        CHECK(sampled > 0.8 * directed.largest);
+    };
+    check(d.mesh_to_surface, other.model, original.model);
+    check(d.surface_to_mesh, original.model, other.model);
+    const Deviation again = measure(moved, original, {}, 2);
+    CHECK(again.mesh_to_surface.largest == d.mesh_to_surface.largest);
+    CHECK(again.surface_to_mesh.upper == d.surface_to_mesh.upper);
+    CHECK(again.surface_to_mesh.at == d.surface_to_mesh.at);
+}
+
+TEST_CASE("too small a number of queries leaves a wider bracket, not a wrong one") {
+    const HexMesh mesh = test::ball(6);
+    const Measured original = build(mesh);
+    HexMesh moved = mesh;
+    for (Point& x : moved.positions) x *= 1 + 0.1 * x.x;
+    DeviationOptions options;
+    options.max_queries = 1;
+    const Deviation rough = measure(moved, original, options), fine = measure(moved, original);
+    CHECK(rough.mesh_to_surface.largest <= fine.mesh_to_surface.upper);
+    CHECK(rough.mesh_to_surface.upper >= fine.mesh_to_surface.largest);
+    CHECK(rough.surface_to_mesh.upper > 1.02 * rough.surface_to_mesh.largest);
+}
+
+TEST_CASE("bilinear quads differ from their four triangles by the stated gap") {
+    HexMesh mesh = test::cube(1);
+    mesh.positions[7].z += 0.4; // vertex (1,1,1): the top's diagonals are then 0.2 apart in the middle
+    const Measured original = build(mesh);
+    const Deviation d = measure(mesh, original);
+    CHECK(d.bilinear_gap == Approx(0.2 / 8));
+    double largest = 0;
+    for (double u = 0; u <= 1; u += 1.0 / 64)
+        for (double v = 0; v <= 1; v += 1.0 / 64)
+            largest = std::max(largest, original.model.distance(Point(u, v, 1 + 0.4 * u * v)));
+    CHECK(largest <= d.bilinear_gap);
+    CHECK(largest > 0.8 * d.bilinear_gap);
+}
+
+TEST_CASE("a quad's deviation is that of its corners, edges and centre") {
+    const HexMesh mesh = test::ball(8);
+    const Measured original = build(mesh);
+    const Quad quad = face_vertices(mesh, original.topology.boundary_faces[10]);
+    std::array<Point, 4> x;
+    for (int k = 0; k < 4; ++k) x[k] = mesh.positions[quad[k]];
+    Index hint = kNoIndex;
+    CHECK(original.model.quad_deviation(x, 0, hint) < 1e-15);
+    CHECK(original.model.source_face(hint) == 10);
+    for (Point& p : x) p *= 1.1;
+    const double outside = original.model.quad_deviation(x, 0, hint);
+    CHECK(outside == Approx(0.1).epsilon(0.05));
+    CHECK(original.model.quad_deviation(x, kNoIndex, hint) == outside);
+}
