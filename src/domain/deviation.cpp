@@ -68,22 +68,93 @@ void evaluate(const BoundaryModel& target, Piece<N>& piece) {
     piece.distance = std::min(piece.distance, piece.upper); // rounding alone may have it the other way
 }
 
-void split(const Piece<2>& piece, std::vector<Piece<2>>& parts) {
-    const Point middle = 0.5 * (piece.corner[0] + piece.corner[1]);
-    for (const Point& end : piece.corner) {
-        parts.push_back(piece);
-        parts.back().corner = {end, middle};
-    }
+/// Sides of the pieces of the target: planes across which the closest element changes, with outward normals.
+struct Cut {
+    Point origin, normal;
+};
+
+std::array<Cut, 2> sides_of(const std::array<Point, 2>& x) {
+    return {{{x[0], x[0] - x[1]}, {x[1], x[1] - x[0]}}};
 }
-void split(const Piece<3>& piece, std::vector<Piece<3>>& parts) {
+std::array<Cut, 3> sides_of(const std::array<Point, 3>& x) {
+    const Point n = glm::cross(x[1] - x[0], x[2] - x[0]);
+    return {{{x[0], glm::cross(x[1] - x[0], n)},
+             {x[1], glm::cross(x[2] - x[1], n)},
+             {x[2], glm::cross(x[0] - x[2], n)}}};
+}
+
+/// Signed heights of the corners over a cut.
+template <std::size_t N>
+std::array<double, N> heights(const std::array<Point, N>& corner, const Cut& cut) {
+    std::array<double, N> h;
+    for (std::size_t k = 0; k < N; ++k) h[k] = glm::dot(corner[k] - cut.origin, cut.normal);
+    return h;
+}
+
+template <std::size_t N>
+void add_part(const Piece<N>& piece, const std::array<Point, N>& corner, std::vector<Piece<N>>& parts) {
+    parts.push_back(piece);
+    parts.back().corner = corner;
+}
+
+void split_at(const Piece<2>& piece, const std::array<double, 2>& h, std::vector<Piece<2>>& parts) {
+    const auto& x = piece.corner;
+    const Point at = x[0] + h[0] / (h[0] - h[1]) * (x[1] - x[0]);
+    add_part(piece, {x[0], at}, parts);
+    add_part(piece, {at, x[1]}, parts);
+}
+/// One corner is cut off where it is alone on its side; a corner on the plane counts to the larger side.
+void split_at(const Piece<3>& piece, const std::array<double, 3>& h, std::vector<Piece<3>>& parts) {
+    int alone = 0;
+    for (int k = 0; k < 3; ++k)
+        if (h[k] * h[(k + 1) % 3] <= 0 && h[k] * h[(k + 2) % 3] <= 0 && h[k] != 0) alone = k;
+    const int next = (alone + 1) % 3, last = (alone + 2) % 3;
+    const auto& x = piece.corner;
+    const Point a = x[alone] + h[alone] / (h[alone] - h[next]) * (x[next] - x[alone]);
+    const Point b = x[alone] + h[alone] / (h[alone] - h[last]) * (x[last] - x[alone]);
+    add_part(piece, {x[alone], a, b}, parts);
+    if (h[next] != 0) add_part(piece, {a, x[next], x[last]}, parts);
+    if (h[last] != 0) add_part(piece, {a, x[last], b}, parts);
+}
+
+void split_evenly(const Piece<2>& piece, std::vector<Piece<2>>& parts) { split_at(piece, {-1, 1}, parts); }
+void split_evenly(const Piece<3>& piece, std::vector<Piece<3>>& parts) {
     const auto& x = piece.corner;
     const std::array<Point, 3> middle = {0.5 * (x[1] + x[2]), 0.5 * (x[2] + x[0]), 0.5 * (x[0] + x[1])};
-    const std::array<std::array<Point, 3>, 4> corners = {
-        {{x[0], middle[2], middle[1]}, {middle[2], x[1], middle[0]}, {middle[1], middle[0], x[2]}, middle}};
-    for (const auto& c : corners) {
-        parts.push_back(piece);
-        parts.back().corner = c;
+    add_part(piece, {x[0], middle[2], middle[1]}, parts);
+    add_part(piece, {middle[2], x[1], middle[0]}, parts);
+    add_part(piece, {middle[1], middle[0], x[2]}, parts);
+    add_part(piece, middle, parts);
+}
+
+const std::array<Point, 3>& element_of(const BoundaryModel& target, const Piece<3>& piece) {
+    return target.triangle(piece.hint);
+}
+const std::array<Point, 2>& element_of(const BoundaryModel& target, const Piece<2>& piece) {
+    return target.segment(piece.hint);
+}
+
+/// Cuts a piece along the side of the closest element that it extends across farthest: what lies over that
+/// element is bounded tightly by its corners, so that surfaces which coincide need only the overlay of their
+/// triangles. Pieces that lie over one element are split evenly.
+template <std::size_t N>
+void split(const Piece<N>& piece, const BoundaryModel& target, std::vector<Piece<N>>& parts) {
+    double size = 0;
+    for (const Point& x : piece.corner) size = std::max(size, glm::length(x - piece.corner[0]));
+    double deepest = 1e-9 * size;
+    std::array<double, N> at{};
+    for (const Cut& cut : sides_of(element_of(target, piece))) {
+        const double length = glm::length(cut.normal);
+        if (!(length > 0)) continue;
+        const std::array<double, N> h = heights(piece.corner, {cut.origin, cut.normal / length});
+        const auto [low, high] = std::minmax_element(h.begin(), h.end());
+        const double depth = std::min(-*low, *high);
+        if (depth > deepest) deepest = depth, at = h;
     }
+    if (deepest > 1e-9 * size)
+        split_at(piece, at, parts);
+    else
+        split_evenly(piece, parts);
 }
 
 /// Refines all pieces that may hold the maximum, round by round, so that any number of threads gives the
@@ -117,7 +188,7 @@ DirectedDeviation measure_directed(DirectedDeviation result, std::vector<Piece<N
             if (last || piece.upper <= enough)
                 result.upper = std::max(result.upper, piece.upper);
             else
-                split(piece, next);
+                split(piece, target, next);
         }
         pieces = std::move(next);
     }

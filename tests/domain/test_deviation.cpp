@@ -72,6 +72,17 @@ TEST_CASE("a cube grown about its centre deviates by what geometry says") {
     CHECK(d.bilinear_gap < 1e-15);
 }
 
+TEST_CASE("vertices that slide in flat faces and along straight edges cause no deviation") {
+    const HexMesh cube = test::cube(6);
+    HexMesh slid = cube;
+    for (Point& x : slid.positions)
+        for (int k = 0; k < 3; ++k) x[k] += 0.6 * x[k] * (1 - x[k]) * (0.5 - x[(k + 1) % 3] * x[(k + 2) % 3]);
+    const Deviation d = measure(slid, build(cube));
+    CHECK(std::max(d.mesh_to_surface.upper, d.surface_to_mesh.upper) < 1e-6);
+    CHECK(std::max(d.mesh_to_curves.upper, d.curves_to_mesh.upper) < 1e-6);
+    CHECK(d.largest() < 1e-15);
+}
+
 TEST_CASE("the bracket of the deviation holds every sample, the place attains it, threads change nothing") {
     std::mt19937 random(5);
     std::uniform_real_distribution<double> uniform(0, 1);
