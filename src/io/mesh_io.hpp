@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,5 +45,32 @@ Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& cont
 
 /// The mesh of read_mesh_file() without its arrays.
 Result<HexMesh> read_mesh(const std::filesystem::path& path, Context& context);
+
+enum class MeshFormat : std::uint8_t {
+    from_name, ///< by the extension: .vtu, .vtk or .mesh
+    vtu,       ///< appended raw data, zlib, 64-bit headers
+    vtk,       ///< legacy VTK, layout of versions before 5, which every program reads
+    medit,     ///< text; holds references and patches, but no arrays and no hanging constraints
+};
+
+enum class Encoding : std::uint8_t {
+    automatic, ///< binary where the format has both
+    binary,
+    text, ///< shortest digits that read back to the same bits; not for VTU
+};
+
+struct WriteOptions {
+    MeshFormat format = MeshFormat::from_name;
+    Encoding encoding = Encoding::automatic;
+    int compression_level = 3; ///< of zlib, 1 (fast) to 9 (small); VTU only
+};
+
+/// Writes a mesh with its levels, hanging constraints and patches, and arrays on vertices and cells. Of two
+/// arrays with the same name and location the later is written. The file appears whole or not at all, as
+/// AtomicFile describes; same input, same bytes. Errors: usage (unknown extension, format and encoding that
+/// exclude one another), output_failed (an array of the wrong size, a coordinate that is not finite, a
+/// failing disk), cancelled, out_of_memory.
+Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::span<const FieldData> fields,
+                  const WriteOptions& options, Context& context);
 
 } // namespace hexopt

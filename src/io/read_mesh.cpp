@@ -12,6 +12,7 @@ using namespace io_detail;
 
 Result<MeshFile> read_by_content(const std::string& file, std::string_view bytes, Context& context) {
     if (looks_like_legacy_vtk(bytes)) return read_legacy_vtk(file, bytes, context);
+    if (looks_like_vtu(bytes)) return read_vtu(file, bytes, context);
     if (looks_like_medit(bytes)) return read_medit(file, bytes, context);
     return Error{
         ErrorCode::bad_input,

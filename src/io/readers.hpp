@@ -10,6 +10,9 @@ namespace hexopt::io_detail {
 bool looks_like_legacy_vtk(std::string_view bytes);
 Result<MeshFile> read_legacy_vtk(const std::string& file, std::string_view bytes, Context& context);
 
+bool looks_like_vtu(std::string_view bytes);
+Result<MeshFile> read_vtu(const std::string& file, std::string_view bytes, Context& context);
+
 bool looks_like_medit(std::string_view bytes);
 Result<MeshFile> read_medit(const std::string& file, std::string_view bytes, Context& context);
 

@@ -215,7 +215,7 @@ Status add_vtk_arrays(MeshBuilder& builder, VtkArrays&& arrays, const VtkCellMap
                                                             : select_tuples(std::move(field), map.hexahedra);
         std::vector<std::uint8_t> level;
         const bool may_be_level = kept.name == "level" && kept.components == 1 && is_integer(kept.type);
-        if (may_be_level && builder.mesh.level.empty() && take_integers(kept, 256, level))
+        if (may_be_level && take_integers(kept, 256, level))
             builder.mesh.level = std::move(level);
         else
             builder.fields.push_back(std::move(kept));
