@@ -90,6 +90,7 @@ class LegacyVtkReader {
 
     bool read_type(std::optional<Scalar>& scalar);
     bool read_values(std::size_t count, Scalar scalar, std::vector<double>& values, bool& exact);
+    bool read_text_values(Scalar scalar, std::vector<double>& values);
     bool read_id(std::int64_t value, Index& id);
     template <class Use>
     bool for_each_integer(std::size_t count, Scalar scalar, const Use& use);
@@ -146,6 +147,19 @@ bool LegacyVtkReader::read_type(std::optional<Scalar>& scalar) {
     return true;
 }
 
+bool LegacyVtkReader::read_text_values(Scalar scalar, std::vector<double>& values) {
+    for (double& value : values) {
+        std::int64_t integer = 0;
+        if (is_integer(scalar)) {
+            if (!scanner_.read_int(integer)) return false;
+            value = static_cast<double>(integer);
+        } else if (!(scalar == Scalar::float32 ? scanner_.read_float(value) : scanner_.read_double(value))) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool LegacyVtkReader::read_values(std::size_t count, Scalar scalar, std::vector<double>& values,
                                   bool& exact) {
     if (!scanner_.check_count(count, "numbers", least_bytes(scalar))) return false;
@@ -155,15 +169,8 @@ bool LegacyVtkReader::read_values(std::size_t count, Scalar scalar, std::vector<
         const std::string_view raw = scanner_.raw(count * size_of(scalar));
         for_each_scalar(scalar, raw, std::endian::big,
                         [&](std::size_t i, auto value) { values[i] = static_cast<double>(value); });
-    } else if (is_integer(scalar)) {
-        for (double& value : values) {
-            std::int64_t integer = 0;
-            if (!scanner_.read_int(integer)) return false;
-            value = static_cast<double>(integer);
-        }
-    } else {
-        for (double& value : values)
-            if (!scanner_.read_double(value)) return false;
+    } else if (!read_text_values(scalar, values)) {
+        return false;
     }
     if (is_integer(scalar))
         for (double value : values)
@@ -218,7 +225,9 @@ bool LegacyVtkReader::read_points() {
     point_scalar_ = *scalar;
     std::vector<double> values;
     bool exact = true;
-    if (!read_values(3 * count, *scalar, values, exact)) return false;
+    // Many programs write all digits of a double under the heading "float": in text they are kept.
+    const Scalar stored = is_binary_ ? *scalar : Scalar::float64;
+    if (!read_values(3 * count, stored, values, exact)) return false;
     builder_.mesh.positions.resize(count);
     for (std::size_t v = 0; v < count; ++v)
         builder_.mesh.positions[v] = {values[3 * v], values[3 * v + 1], values[3 * v + 2]};

@@ -306,11 +306,15 @@ bool VtuReader::for_each_value(const ArrayTag& array, std::optional<std::size_t>
     Scanner text(scanner_.file(), scanner_.bytes().substr(0, array.text_end));
     text.seek(array.text_begin);
     if (count && !text.check_count(*count, "numbers", 2)) return scanner_.adopt(text.error());
+    // Positions keep all digits, whatever their type.
+    const bool is_rounded = array.scalar == Scalar::float32 && array.section != Section::points;
     std::size_t i = 0;
     for (; !text.at_end() && (!count || i < *count); ++i) {
         std::int64_t integer = 0;
         double number = 0;
-        if (!(is_integer(array.scalar) ? text.read_int(integer) : text.read_double(number)))
+        if (!(is_integer(array.scalar) ? text.read_int(integer)
+              : is_rounded             ? text.read_float(number)
+                                       : text.read_double(number)))
             return scanner_.adopt(text.error());
         is_integer(array.scalar) ? use(i, integer) : use(i, number);
     }

@@ -13,11 +13,20 @@ namespace {
 constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 /// from_chars reports a value below the smallest normal number as out of range; strtod rounds it.
-bool parse_double_slowly(std::string_view token, double& value) {
-    const std::string text(token);
-    char* end = nullptr;
-    value = std::strtod(text.c_str(), &end);
-    return end == text.c_str() + text.size() && std::isfinite(value);
+template <class Real>
+bool parse_real(std::string_view text, Real& value) {
+    if (text.starts_with('+')) text.remove_prefix(1);
+    if (text.empty()) return false;
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (end != text.data() + text.size()) return false;
+    if (code == std::errc()) return true;
+    if (code != std::errc::result_out_of_range) return false;
+    const std::string copy(text);
+    if constexpr (sizeof(Real) == sizeof(float))
+        value = std::strtof(copy.c_str(), nullptr);
+    else
+        value = std::strtod(copy.c_str(), nullptr);
+    return std::isfinite(value);
 }
 
 } // namespace
@@ -118,13 +127,16 @@ bool Scanner::fail_token(std::string_view token, const char* expected) {
 }
 
 bool Scanner::read_double(double& value) {
-    std::string_view text = token();
-    if (error_) return false;
-    if (text.starts_with('+')) text.remove_prefix(1);
-    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (code == std::errc() && end == text.data() + text.size() && !text.empty()) return true;
-    if (code == std::errc::result_out_of_range && parse_double_slowly(text, value)) return true;
-    return fail_token(text, "a number");
+    const std::string_view text = token();
+    return ok() && (parse_real(text, value) || fail_token(text, "a number"));
+}
+
+bool Scanner::read_float(double& value) {
+    const std::string_view text = token();
+    float nearest = 0;
+    if (!ok() || !(parse_real(text, nearest) || fail_token(text, "a number"))) return false;
+    value = nearest;
+    return true;
 }
 
 bool Scanner::read_int(std::int64_t& value) {

@@ -53,6 +53,7 @@ class Scanner {
     std::string_view raw(std::size_t count);
 
     bool read_double(double& value);
+    bool read_float(double& value); ///< the nearest float
     bool read_int(std::int64_t& value);
     /// A count of things that need at least bytes_each bytes of what follows, and of vertices or cells at
     /// most kNoIndex - 1.

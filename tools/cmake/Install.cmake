@@ -9,6 +9,8 @@ set(HEXOPT_STATIC_MAP
   "TBB::tbb|TBB|-ltbb"
   "fmt::fmt|fmt|-lfmt"
   "ZLIB::ZLIB|ZLIB|-lz"
+  "LibLZMA::LibLZMA|LibLZMA|-llzma"
+  "PkgConfig::LZ4||-llz4"
   "Vulkan::Vulkan|Vulkan|-lvulkan"
   "CGAL::CGAL||-lmpfr -lgmp"
   "glm::glm||"
