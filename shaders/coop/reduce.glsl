@@ -1,5 +1,5 @@
-// A workgroup of 64 combines 2048 entries: each invocation every 64th of them, then a tree. The host's twin goes
-// through the same tree. The including file defines COMBINE and NEUTRAL.
+// A workgroup of 64 combines 2048 entries: each invocation every 64th of them, then a tree. The host's twin
+// goes through the same tree. The including file defines COMBINE and NEUTRAL.
 #ifdef HEXOPT_GLSL
 
 shared real partial[64];

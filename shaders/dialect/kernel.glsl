@@ -1,5 +1,6 @@
-// The kernel layer, GLSL side (docs/dialect.md): what the generated wrapper of every kernel includes before its
-// argument block. HEXOPT_F64 selects double, HEXOPT_WIDE_POINTS positions in double with float arithmetic.
+// The kernel layer, GLSL side (docs/dialect.md): what the generated wrapper of every kernel includes before
+// its argument block. HEXOPT_F64 selects double, HEXOPT_WIDE_POINTS positions in double with float
+// arithmetic.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_buffer_reference : require
 
@@ -25,13 +26,15 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer IndexArray {
 layout(buffer_reference, scalar, buffer_reference_align = HEXOPT_REAL_ALIGN) buffer RealArray { real at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = HEXOPT_REAL_ALIGN) buffer Vec3Array { rvec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = HEXOPT_POINT_ALIGN) buffer PointArray { pvec3 at[]; };
-// clang-format on
+    // clang-format on
 
 #define HEXOPT_GLSL
 #define KERNEL_BODY(name) void run(uint gid)
-#define CONST_TABLE(type, name, size) const type name[size] = type[size]
-#define TABLE_BEGIN (
-#define TABLE_END )
 
 rvec3 narrow(pvec3 a) { return rvec3(a); }
 pvec3 widen(rvec3 a) { return pvec3(a); }
+
+#include "math/scaled_jacobian.glsl"
+#include "math/tet_energy.glsl"
+
+#include "dialect/kernel_hex.glsl"

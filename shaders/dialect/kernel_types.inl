@@ -1,5 +1,5 @@
-// C++ types of the kernel layer. Include inside a namespace with HEXOPT_REAL and HEXOPT_POINT_REAL set to float or
-// double, after dialect/kernel_cpp.hpp. No include guard: one inclusion a precision.
+// C++ types of the kernel layer. Include inside a namespace with HEXOPT_REAL and HEXOPT_POINT_REAL set to
+// float or double, after dialect/kernel_cpp.hpp. No include guard: one inclusion a precision.
 #include "dialect/cpp_types.hpp"
 
 using uint = std::uint32_t;

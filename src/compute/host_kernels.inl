@@ -7,6 +7,11 @@ namespace hexopt::compute::HEXOPT_HOST_KERNELS {
 
 #include "dialect/kernel_types.inl"
 
+#include "math/scaled_jacobian.glsl"
+#include "math/tet_energy.glsl"
+
+#include "dialect/kernel_hex.glsl"
+
 // The kernels' argument blocks.
 #define KERNEL(name, ...) struct name {
 #define COOPERATIVE(name, ...) KERNEL(name)

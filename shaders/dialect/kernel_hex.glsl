@@ -1,0 +1,351 @@
+// What several kernels share: the edges of a cell, how its tetrahedra depend on one vertex's displacement,
+// and the sums over a ball. Terms: docs/compute.md. The tetrahedra are those of hex::kTetEdge
+// (src/mesh/hex_reference.hpp).
+
+struct Sym3 {
+    real xx, xy, xz, yy, yz, zz;
+};
+
+FN rvec3 rzero() { return rvec3(real(0), real(0), real(0)); }
+
+FN Sym3 sym_zero() {
+    Sym3 m;
+    m.xx = real(0);
+    m.xy = real(0);
+    m.xz = real(0);
+    m.yy = real(0);
+    m.yz = real(0);
+    m.zz = real(0);
+    return m;
+}
+
+// m + f (p q^T + q p^T) / 2
+FN Sym3 add_outer(Sym3 m, rvec3 p, rvec3 q, real f) {
+    real h = real(0.5) * f;
+    m.xx += f * p.x * q.x;
+    m.xy += h * (p.x * q.y + p.y * q.x);
+    m.xz += h * (p.x * q.z + p.z * q.x);
+    m.yy += f * p.y * q.y;
+    m.yz += h * (p.y * q.z + p.z * q.y);
+    m.zz += f * p.z * q.z;
+    return m;
+}
+
+FN Sym3 add_identity(Sym3 m, real f) {
+    m.xx += f;
+    m.yy += f;
+    m.zz += f;
+    return m;
+}
+
+FN real trace(Sym3 m) { return m.xx + m.yy + m.zz; }
+
+FN rvec3 times(Sym3 m, rvec3 v) {
+    return rvec3(m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+                 m.xz * v.x + m.yz * v.y + m.zz * v.z);
+}
+
+// Solves m x = b for positive semidefinite m by L D L^T with pivots kept above `floor_rel` of the trace.
+FN rvec3 solve(Sym3 m, rvec3 b, real floor_rel) {
+    real least = max(floor_rel * trace(m), real(1.0e-30));
+    real d0 = max(m.xx, least);
+    real l1 = m.xy / d0;
+    real l2 = m.xz / d0;
+    real d1 = max(m.yy - l1 * m.xy, least);
+    real l3 = (m.yz - l2 * m.xy) / d1;
+    real d2 = max(m.zz - l2 * m.xz - l3 * l3 * d1, least);
+    real y1 = b.y - l1 * b.x;
+    real y2 = b.z - l2 * b.x - l3 * y1;
+    real z = y2 / d2;
+    real y = y1 / d1 - l3 * z;
+    real x = b.x / d0 - l1 * y - l2 * z;
+    return rvec3(x, y, z);
+}
+
+// Edges of a cell (hex::kEdgeVertex), divided by its target length, and their squared lengths.
+struct HexEdges {
+    rvec3 e[12];
+    real len2[12];
+};
+
+FN HexEdges edges_of(rvec3 p1, rvec3 p2, rvec3 p3, rvec3 p4, rvec3 p5, rvec3 p6, rvec3 p7) {
+    HexEdges h;
+    h.e[0] = p1;
+    h.e[1] = p2 - p3;
+    h.e[2] = p5 - p4;
+    h.e[3] = p6 - p7;
+    h.e[4] = p3;
+    h.e[5] = p2 - p1;
+    h.e[6] = p7 - p4;
+    h.e[7] = p6 - p5;
+    h.e[8] = p4;
+    h.e[9] = p5 - p1;
+    h.e[10] = p7 - p3;
+    h.e[11] = p6 - p2;
+    for (uint i = 0u; i < 12u; ++i) h.len2[i] = dot(h.e[i], h.e[i]);
+    return h;
+}
+
+// Differences are taken in `preal` and rounded afterwards.
+FN HexEdges load_edges(PointArray points, IndexArray cells, uint cell, real inverse) {
+    uint k = 8u * cell;
+    pvec3 o = points.at[cells.at[k]];
+    return edges_of(
+        narrow(points.at[cells.at[k + 1u]] - o) * inverse, narrow(points.at[cells.at[k + 2u]] - o) * inverse,
+        narrow(points.at[cells.at[k + 3u]] - o) * inverse, narrow(points.at[cells.at[k + 4u]] - o) * inverse,
+        narrow(points.at[cells.at[k + 5u]] - o) * inverse, narrow(points.at[cells.at[k + 6u]] - o) * inverse,
+        narrow(points.at[cells.at[k + 7u]] - o) * inverse);
+}
+
+// The same of a field of vectors on the vertices.
+FN HexEdges load_field(Vec3Array field, IndexArray cells, uint cell, real inverse) {
+    uint k = 8u * cell;
+    rvec3 o = field.at[cells.at[k]];
+    return edges_of((field.at[cells.at[k + 1u]] - o) * inverse, (field.at[cells.at[k + 2u]] - o) * inverse,
+                    (field.at[cells.at[k + 3u]] - o) * inverse, (field.at[cells.at[k + 4u]] - o) * inverse,
+                    (field.at[cells.at[k + 5u]] - o) * inverse, (field.at[cells.at[k + 6u]] - o) * inverse,
+                    (field.at[cells.at[k + 7u]] - o) * inverse);
+}
+
+// Sum over the edges at each vertex of a cell: slope[e] pulls at the edge's second vertex, pushes at its
+// first.
+FN void store_vertex_sums(Vec3Array target, uint cell, HexEdges s, real f) {
+    uint k = 8u * cell;
+    target.at[k] = (s.e[0] + s.e[4] + s.e[8]) * (-f);
+    target.at[k + 1u] = (s.e[0] - s.e[5] - s.e[9]) * f;
+    target.at[k + 2u] = (s.e[1] + s.e[5] - s.e[11]) * f;
+    target.at[k + 3u] = (s.e[4] - s.e[1] - s.e[10]) * f;
+    target.at[k + 4u] = (s.e[8] - s.e[2] - s.e[6]) * f;
+    target.at[k + 5u] = (s.e[2] + s.e[9] - s.e[7]) * f;
+    target.at[k + 6u] = (s.e[3] + s.e[7] + s.e[11]) * f;
+    target.at[k + 7u] = (s.e[6] + s.e[10] - s.e[3]) * f;
+}
+
+// How the edges of a cell change with one dof: by coefficient times its displacement (in target units).
+struct EdgeShares {
+    real c[12];
+};
+
+FN EdgeShares edge_shares(RealArray pattern, uint row, real inverse) {
+    uint k = 8u * row;
+    real w0 = pattern.at[k];
+    real w1 = pattern.at[k + 1u];
+    real w2 = pattern.at[k + 2u];
+    real w3 = pattern.at[k + 3u];
+    real w4 = pattern.at[k + 4u];
+    real w5 = pattern.at[k + 5u];
+    real w6 = pattern.at[k + 6u];
+    real w7 = pattern.at[k + 7u];
+    EdgeShares s;
+    s.c[0] = (w1 - w0) * inverse;
+    s.c[1] = (w2 - w3) * inverse;
+    s.c[2] = (w5 - w4) * inverse;
+    s.c[3] = (w6 - w7) * inverse;
+    s.c[4] = (w3 - w0) * inverse;
+    s.c[5] = (w2 - w1) * inverse;
+    s.c[6] = (w7 - w4) * inverse;
+    s.c[7] = (w6 - w5) * inverse;
+    s.c[8] = (w4 - w0) * inverse;
+    s.c[9] = (w5 - w1) * inverse;
+    s.c[10] = (w7 - w3) * inverse;
+    s.c[11] = (w6 - w2) * inverse;
+    return s;
+}
+
+// Edge numbers of tetrahedron t: along xi (0-3), eta (4-7) and zeta (8-11).
+FN void tet_edges(uint t, OUT(uint) a, OUT(uint) b, OUT(uint) c) {
+    uint x = t >> 2u & 1u;
+    uint y = t >> 3u & 1u;
+    uint z = t >> 4u;
+    uint kind = t & 3u;
+    a = y + 2u * z;
+    b = 4u + x + 2u * (kind == 3u ? 1u - z : z);
+    c = 8u + (kind == 2u ? 1u - x : x) + 2u * (kind == 1u ? 1u - y : y);
+}
+
+FN bool is_corner(uint t) { return (t & 3u) == 0u; }
+
+// A tetrahedron as a function of one dof's displacement d: J(d) = jacobian + g.d (affine), S(d) = size2 + 2
+// x.d + l2 d.d
+struct LocalTet {
+    real jacobian;
+    real size2;
+    rvec3 g;
+    rvec3 x;
+    real l2;
+};
+
+FN LocalTet local_tet(HexEdges h, EdgeShares s, uint t) {
+    uint a, b, c;
+    tet_edges(t, a, b, c);
+    LocalTet tet;
+    rvec3 ga = cross(h.e[b], h.e[c]);
+    tet.jacobian = dot(h.e[a], ga);
+    tet.size2 = h.len2[a] + h.len2[b] + h.len2[c];
+    tet.g = ga * s.c[a] + cross(h.e[c], h.e[a]) * s.c[b] + cross(h.e[a], h.e[b]) * s.c[c];
+    tet.x = h.e[a] * s.c[a] + h.e[b] * s.c[b] + h.e[c] * s.c[c];
+    tet.l2 = s.c[a] * s.c[a] + s.c[b] * s.c[b] + s.c[c] * s.c[c];
+    return tet;
+}
+
+// Scaled Jacobian of a corner and its gradient q by the dof's displacement.
+struct LocalCorner {
+    real sj;
+    rvec3 q;
+};
+
+FN LocalCorner local_corner(HexEdges h, EdgeShares s, uint t, LocalTet tet) {
+    uint a, b, c;
+    tet_edges(t, a, b, c);
+    real la = max(h.len2[a], real(1.0e-30));
+    real lb = max(h.len2[b], real(1.0e-30));
+    real lc = max(h.len2[c], real(1.0e-30));
+    real inverse = real(1) / (sqrt(la) * sqrt(lb) * sqrt(lc));
+    LocalCorner corner;
+    corner.sj = tet.jacobian * inverse;
+    corner.q = tet.g * inverse -
+               (h.e[a] * (s.c[a] / la) + h.e[b] * (s.c[b] / lb) + h.e[c] * (s.c[c] / lc)) * corner.sj;
+    return corner;
+}
+
+// What is minimised: shape_weight * weight of the cell * sum over its tetrahedra of the regularised shape
+// energy
+// + penalty_weight * sum over its corners of (theta - SJ)+^2. No penalty where its weight is 0.
+struct Objective {
+    real eps;
+    real shape_weight;
+    real penalty_weight;
+    real theta;
+};
+
+FN Objective make_objective(float eps, float shape_weight, float penalty_weight, float theta) {
+    Objective o;
+    o.eps = real(eps);
+    o.shape_weight = real(shape_weight);
+    o.penalty_weight = real(penalty_weight);
+    o.theta = real(theta);
+    return o;
+}
+
+// The mesh as the kernels on dofs see it. Entry i of a dof's ball is cell ball_item[2 i] and row ball_item[2
+// i + 1] of `pattern`: how much of the dof's displacement each of the cell's 8 vertices makes (1 at the
+// vertex itself, the constraint's weight where a vertex hangs on it).
+struct Ball {
+    PointArray points;
+    IndexArray cells;
+    RealArray inverse_length;
+    RealArray cell_weight;
+    IndexArray offset;
+    IndexArray item;
+    RealArray pattern;
+};
+
+FN Ball make_ball(PointArray points, IndexArray cells, RealArray inverse_length, RealArray cell_weight,
+                  IndexArray offset, IndexArray item, RealArray pattern) {
+    Ball b;
+    b.points = points;
+    b.cells = cells;
+    b.inverse_length = inverse_length;
+    b.cell_weight = cell_weight;
+    b.offset = offset;
+    b.item = item;
+    b.pattern = pattern;
+    return b;
+}
+
+// Energy of a ball with its gradient and semidefinite Hessian model by the dof's displacement.
+struct LocalModel {
+    real energy;
+    rvec3 gradient;
+    Sym3 hessian;
+};
+
+FN LocalModel ball_model(Ball ball, uint dof, Objective o) {
+    LocalModel m;
+    m.energy = real(0);
+    m.gradient = rzero();
+    m.hessian = sym_zero();
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
+        uint cell = ball.item.at[2u * i];
+        real inverse = ball.inverse_length.at[cell];
+        real factor = ball.cell_weight.at[cell] * o.shape_weight;
+        HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
+        EdgeShares s = edge_shares(ball.pattern, ball.item.at[2u * i + 1u], inverse);
+        for (uint t = 0u; t < 32u; ++t) {
+            LocalTet tet = local_tet(h, s, t);
+            if (tet.l2 == real(0)) continue;
+            TetShape shape = tet_shape(tet.size2, tet.jacobian, o.eps);
+            m.energy += shape.energy * factor;
+            m.gradient =
+                m.gradient + (tet.x * (real(2) * shape.scale) + tet.g * tet_gradient_factor(shape)) * factor;
+            m.hessian = add_identity(m.hessian, real(2) * shape.scale * tet.l2 * factor);
+            m.hessian = add_outer(m.hessian, tet.x, tet.g, real(2) * tet_hessian_alpha(shape) * factor);
+            m.hessian = add_outer(m.hessian, tet.g, tet.g, tet_hessian_beta(shape) * factor);
+            if (o.penalty_weight > real(0) && is_corner(t)) {
+                LocalCorner corner = local_corner(h, s, t, tet);
+                real below = max(o.theta - corner.sj, real(0));
+                m.energy += o.penalty_weight * below * below;
+                m.gradient = m.gradient - corner.q * (real(2) * o.penalty_weight * below);
+                if (below > real(0))
+                    m.hessian = add_outer(m.hessian, corner.q, corner.q, real(2) * o.penalty_weight);
+            }
+        }
+    }
+    return m;
+}
+
+// Smallest scaled Jacobian of the corners and smallest J of the tetrahedra that depend on a dof, with the dof
+// moved by d.
+struct BallQuality {
+    real sj;
+    real jacobian;
+};
+
+FN BallQuality ball_quality(Ball ball, uint dof, rvec3 d) {
+    BallQuality q;
+    q.sj = real(1);
+    q.jacobian = real(1.0e30);
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
+        uint cell = ball.item.at[2u * i];
+        real inverse = ball.inverse_length.at[cell];
+        HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
+        EdgeShares s = edge_shares(ball.pattern, ball.item.at[2u * i + 1u], inverse);
+        real moved[12];
+        for (uint k = 0u; k < 12u; ++k) {
+            moved[k] = s.c[k];
+            h.e[k] = h.e[k] + d * s.c[k];
+            h.len2[k] = dot(h.e[k], h.e[k]);
+        }
+        for (uint t = 0u; t < 32u; ++t) {
+            uint a, b, c;
+            tet_edges(t, a, b, c);
+            if (moved[a] == real(0) && moved[b] == real(0) && moved[c] == real(0)) continue;
+            real j = tet_jacobian(h.e[a], h.e[b], h.e[c]);
+            q.jacobian = min(q.jacobian, j);
+            if (is_corner(t)) q.sj = min(q.sj, scaled_jacobian(j, h.len2[a], h.len2[b], h.len2[c]));
+        }
+    }
+    return q;
+}
+
+FN void store_sym(RealArray target, uint row, Sym3 m) {
+    uint k = 6u * row;
+    target.at[k] = m.xx;
+    target.at[k + 1u] = m.xy;
+    target.at[k + 2u] = m.xz;
+    target.at[k + 3u] = m.yy;
+    target.at[k + 4u] = m.yz;
+    target.at[k + 5u] = m.zz;
+}
+
+FN Sym3 load_sym(RealArray source, uint row) {
+    uint k = 6u * row;
+    Sym3 m;
+    m.xx = source.at[k];
+    m.xy = source.at[k + 1u];
+    m.xz = source.at[k + 2u];
+    m.yy = source.at[k + 3u];
+    m.yz = source.at[k + 4u];
+    m.zz = source.at[k + 5u];
+    return m;
+}
