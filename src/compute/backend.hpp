@@ -90,6 +90,7 @@ class Recorder {
     }
     void copy(BufferRef source, BufferRef target, std::size_t bytes);
     void fill(BufferRef target, std::uint32_t value, std::size_t bytes);
+    void add(const Command& command) { commands_.push_back(command); }
     void clear() { commands_.clear(); }
     bool empty() const { return commands_.empty(); }
     const std::vector<Command>& commands() const { return commands_; }

@@ -1,5 +1,6 @@
 #include "compute/vulkan/vulkan_backend.hpp"
 
+#include "compute/exact_spirv.hpp"
 #include "compute/vulkan/device.hpp"
 #include "compute/vulkan/hazards.hpp"
 #include "compute/vulkan/pipeline_cache.hpp"
@@ -363,7 +364,11 @@ Status Implementation::download(const Buffer& source, std::size_t offset, std::s
 Result<VkPipeline> Implementation::pipeline(const KernelInfo& kernel, Precision precision) {
     VkPipeline& entry = pipelines_[{kernel.id, precision}];
     if (entry) return entry;
-    const SpirvBlob code = kernel.spirv[static_cast<int>(precision)];
+    SpirvBlob code = kernel.spirv[static_cast<int>(precision)];
+    // A software device is there to give the host's bits; a real one may fuse operations, for speed.
+    const bool exact = options_.exact_arithmetic || capabilities().type == DeviceType::software_gpu;
+    std::vector<std::uint32_t> decorated;
+    if (exact) code = decorated = forbid_contraction(code);
     VkShaderModuleCreateInfo module_info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
     module_info.codeSize = code.size_bytes();
     module_info.pCode = code.data();

@@ -1,0 +1,283 @@
+#include "stages/optimize/device_problem.hpp"
+
+#include "mesh/hex_reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <map>
+
+namespace hexopt {
+
+using compute::Buffer;
+using compute::Precision;
+
+namespace {
+
+using Pattern = std::array<double, 8>;
+
+// Rows 0..7 are the single corners; others are found as they occur.
+class PatternTable {
+  public:
+    PatternTable() {
+        for (int k = 0; k < 8; ++k) {
+            Pattern single{};
+            single[k] = 1;
+            (void)row(single);
+        }
+    }
+    std::uint32_t row(const Pattern& pattern) {
+        const auto [entry, is_new] = rows_.try_emplace(pattern, static_cast<std::uint32_t>(rows_.size()));
+        if (is_new) values_.insert(values_.end(), pattern.begin(), pattern.end());
+        return entry->second;
+    }
+    std::vector<double> take() { return std::move(values_); }
+
+  private:
+    std::map<Pattern, std::uint32_t> rows_;
+    std::vector<double> values_;
+};
+
+// How much of a dof's displacement each corner of a cell makes.
+Pattern pattern_of(const Problem& problem, const Cell& cell, Index dof) {
+    Pattern pattern{};
+    for (int k = 0; k < 8; ++k)
+        for (const DofShare& share : problem.shares(cell[k]))
+            if (share.dof == dof) pattern[k] += share.weight;
+    return pattern;
+}
+
+void collect_balls(const Problem& problem, DofBalls& balls) {
+    const Csr<Index>& cell_dof = problem.cell_dof();
+    balls.offset.assign(problem.dof_count() + 1, 0);
+    for (Index dof : cell_dof.item) ++balls.offset[dof + 1];
+    for (std::size_t d = 0; d < problem.dof_count(); ++d) balls.offset[d + 1] += balls.offset[d];
+    balls.item.resize(2 * cell_dof.item.size());
+    std::vector<std::uint32_t> next(balls.offset.begin(), balls.offset.end() - 1);
+    PatternTable table;
+    for (std::size_t c = 0; c < problem.cell_count(); ++c)
+        for (Index dof : cell_dof[c]) {
+            const std::size_t entry = next[dof]++;
+            balls.item[2 * entry] = static_cast<std::uint32_t>(c);
+            balls.item[2 * entry + 1] = table.row(pattern_of(problem, problem.cells()[c], dof));
+        }
+    balls.pattern = table.take();
+}
+
+// Greedy in dof order; two dofs conflict where a cell depends on both.
+void colour_dofs(const Problem& problem, DofBalls& balls) {
+    const std::size_t dofs = problem.dof_count();
+    std::vector<std::uint32_t> colour(dofs, kNoIndex);
+    std::vector<std::uint32_t> used_by; // colour -> last dof that saw it taken
+    for (std::uint32_t d = 0; d < dofs; ++d) {
+        for (std::uint32_t i = balls.offset[d]; i < balls.offset[d + 1]; ++i)
+            for (Index other : problem.cell_dof()[balls.item[2 * i]])
+                if (colour[other] != kNoIndex) used_by[colour[other]] = d;
+        std::uint32_t free = 0;
+        while (free < used_by.size() && used_by[free] == d) ++free;
+        if (free == used_by.size()) used_by.push_back(kNoIndex);
+        colour[d] = free;
+    }
+    for (std::uint32_t c = 0; c < used_by.size(); ++c) {
+        for (std::uint32_t d = 0; d < dofs; ++d)
+            if (colour[d] == c) balls.colours.item.push_back(d);
+        balls.colours.offset.push_back(balls.colours.item.size());
+    }
+}
+
+void collect_neighbours(const Problem& problem, DofBalls& balls) {
+    balls.neighbour_offset.push_back(0);
+    std::vector<std::uint32_t> list;
+    for (std::uint32_t d = 0; d < problem.dof_count(); ++d) {
+        const Index vertex = problem.dof_vertex()[d];
+        list.clear();
+        for (std::uint32_t i = balls.offset[d]; i < balls.offset[d + 1]; ++i) {
+            const Cell& cell = problem.cells()[balls.item[2 * i]];
+            for (const auto& edge : hex::kEdgeVertex) {
+                if (cell[edge[0]] == vertex) list.push_back(cell[edge[1]]);
+                if (cell[edge[1]] == vertex) list.push_back(cell[edge[0]]);
+            }
+        }
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+        balls.neighbour.insert(balls.neighbour.end(), list.begin(), list.end());
+        balls.neighbour_offset.push_back(static_cast<std::uint32_t>(balls.neighbour.size()));
+    }
+}
+
+double mean_edge(const Problem& problem, std::span<const Point> positions) {
+    double sum = 0;
+    for (const Cell& cell : problem.cells())
+        for (const auto& edge : hex::kEdgeVertex)
+            sum += glm::distance(positions[cell[edge[0]]], positions[cell[edge[1]]]);
+    return sum / (12.0 * static_cast<double>(problem.cell_count()));
+}
+
+// The rows of hanging vertices that move with some dof.
+struct HangingRows {
+    std::vector<std::uint32_t> vertex, offset = {0}, master;
+    std::vector<double> weight;
+};
+
+HangingRows moving_rows(const Problem& problem) {
+    const Hanging& hanging = problem.mesh().hanging;
+    HangingRows rows;
+    for (std::size_t row = 0; row < hanging.count(); ++row) {
+        if (problem.shares(hanging.vertex[row]).empty()) continue;
+        rows.vertex.push_back(hanging.vertex[row]);
+        for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k) {
+            rows.master.push_back(hanging.master[k]);
+            rows.weight.push_back(hanging.weight[k]);
+        }
+        rows.offset.push_back(static_cast<std::uint32_t>(rows.master.size()));
+    }
+    return rows;
+}
+
+// Creates buffers one after another and remembers the first failure.
+class Uploader {
+  public:
+    explicit Uploader(DeviceProblem& device) : device_(device) {}
+    template <class T>
+    void indices(Buffer& to, std::span<const T> values, std::string_view label) {
+        static_assert(sizeof(T) % 4 == 0);
+        keep(to, [&] { return compute::create_array<T>(*device_.backend, values, label); });
+    }
+    void reals(Buffer& to, std::span<const double> values, std::string_view label) {
+        keep(to, [&] { return device_.upload_reals(values, label); });
+    }
+    void empty(Buffer& to, std::size_t bytes, std::string_view label) {
+        keep(to, [&] { return device_.backend->create_buffer(std::max<std::size_t>(bytes, 4), label); });
+    }
+    void check(Status status) {
+        if (status_ && !status) status_ = status;
+    }
+    const Status& status() const { return status_; }
+
+  private:
+    template <class Make>
+    void keep(Buffer& to, const Make& make) {
+        if (!status_) return;
+        auto made = make();
+        if (made)
+            to = std::move(*made);
+        else
+            status_ = made.error();
+    }
+    DeviceProblem& device_;
+    Status status_ = Done{};
+};
+
+} // namespace
+
+DofBalls compute_dof_balls(const Problem& problem) {
+    DofBalls balls;
+    collect_balls(problem, balls);
+    colour_dofs(problem, balls);
+    collect_neighbours(problem, balls);
+    return balls;
+}
+
+Result<Buffer> DeviceProblem::create_reals(std::size_t count, std::string_view label) {
+    return backend->create_buffer(std::max<std::size_t>(count, 1) * real_bytes(), label);
+}
+
+Result<Buffer> DeviceProblem::upload_reals(std::span<const double> values, std::string_view label) {
+    if (precision == Precision::f64) return compute::create_array<double>(*backend, values, label);
+    const std::vector<float> narrow(values.begin(), values.end());
+    return compute::create_array<float>(*backend, narrow, label);
+}
+
+Result<std::vector<double>> DeviceProblem::read_reals(const Buffer& buffer, std::size_t count) {
+    if (precision == Precision::f64) return compute::read_array<double>(*backend, buffer, count);
+    auto narrow = compute::read_array<float>(*backend, buffer, count);
+    if (!narrow) return narrow.error();
+    return std::vector<double>(narrow->begin(), narrow->end());
+}
+
+Status DeviceProblem::upload_positions(std::span<const Point> positions) {
+    if (precision == Precision::f32) {
+        std::vector<float> local;
+        local.reserve(3 * positions.size());
+        for (const Point& p : positions)
+            for (int axis = 0; axis < 3; ++axis)
+                local.push_back(static_cast<float>((p[axis] - origin[axis]) / unit));
+        return backend->upload(points, 0, std::as_bytes(std::span<const float>(local)));
+    }
+    std::vector<Point> local(positions.begin(), positions.end());
+    for (Point& p : local) p /= unit;
+    return backend->upload(points, 0, std::as_bytes(std::span<const Point>(local)));
+}
+
+Status DeviceProblem::download_positions(std::span<Point> positions) {
+    std::vector<double> local;
+    if (precision == Precision::f32) {
+        auto read = compute::read_array<float>(*backend, points, 3 * positions.size());
+        if (!read) return read.error();
+        local.assign(read->begin(), read->end());
+    } else {
+        auto read = compute::read_array<double>(*backend, points, 3 * positions.size());
+        if (!read) return read.error();
+        local = std::move(*read);
+    }
+    const auto take = [&](Index v) {
+        positions[v] = origin + unit * Point(local[3 * v], local[3 * v + 1], local[3 * v + 2]);
+    };
+    for (Index v : problem->dof_vertex()) take(v);
+    problem->apply_hanging(positions);
+    return Done{};
+}
+
+Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with, const Problem& of,
+                                            std::span<const Point> positions) {
+    DeviceProblem device;
+    device.backend = &on;
+    device.precision = with;
+    device.problem = &of;
+    device.vertex_count = static_cast<std::uint32_t>(positions.size());
+    device.cell_count = static_cast<std::uint32_t>(of.cell_count());
+    device.dof_count = static_cast<std::uint32_t>(of.dof_count());
+    if (of.cell_count() > 0)
+        device.unit = std::exp2(std::round(std::log2(std::max(1e-300, mean_edge(of, positions)))));
+    if (with == Precision::f32 && !positions.empty()) {
+        Point low = positions[0], high = low;
+        for (const Point& p : positions) low = glm::min(low, p), high = glm::max(high, p);
+        device.origin = 0.5 * (low + high);
+    }
+    DofBalls balls = compute_dof_balls(of);
+    device.colours = std::move(balls.colours);
+    const HangingRows rows = moving_rows(of);
+    device.hanging_count = static_cast<std::uint32_t>(rows.vertex.size());
+    const std::vector<double> weight(of.weight().begin(), of.weight().end());
+    // V / length^2 of a cell of size 2^-level is proportional to 2^-level, the root of its weight.
+    std::vector<double> root = weight;
+    for (double& w : root) w = std::sqrt(w);
+    const std::vector<double> ones(balls.neighbour.size(), 1.0);
+
+    Uploader up(device);
+    up.empty(device.points, positions.size() * device.point_bytes(), "positions");
+    up.indices<Cell>(device.cells, of.cells(), "cells");
+    up.reals(device.cell_weight, weight, "cell weights");
+    up.reals(device.edge_weight, root, "edge weights");
+    up.indices<std::uint32_t>(device.tet_mask, of.tet_mask(), "tetrahedra that count");
+    up.empty(device.length, of.cell_count() * device.real_bytes(), "lengths");
+    up.empty(device.inverse_length, of.cell_count() * device.real_bytes(), "inverse lengths");
+    up.indices<std::uint32_t>(device.ball_offset, balls.offset, "ball offsets");
+    up.indices<std::uint32_t>(device.ball_item, balls.item, "balls");
+    up.reals(device.pattern, balls.pattern, "patterns");
+    up.indices<Index>(device.dof_vertex, of.dof_vertex(), "vertices of dofs");
+    up.indices<std::uint32_t>(device.dof_list, device.colours.item, "colours");
+    up.indices<std::uint32_t>(device.neighbour_offset, balls.neighbour_offset, "neighbour offsets");
+    up.indices<std::uint32_t>(device.neighbour, balls.neighbour, "neighbours");
+    up.reals(device.neighbour_weight, ones, "neighbour weights");
+    up.indices<std::uint32_t>(device.hanging_vertex, rows.vertex, "hanging vertices");
+    up.indices<std::uint32_t>(device.hanging_offset, rows.offset, "hanging offsets");
+    up.indices<std::uint32_t>(device.hanging_master, rows.master, "masters");
+    up.reals(device.hanging_weight, rows.weight, "hanging weights");
+    if (up.status()) up.check(device.upload_positions(positions));
+    if (!up.status()) return up.status().error();
+    return device;
+}
+
+} // namespace hexopt

@@ -1,0 +1,366 @@
+#include "stages/optimize/device_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hexopt {
+
+using compute::Buffer;
+using compute::BufferRef;
+namespace args = compute::args;
+
+namespace {
+
+// Numbers in the status block.
+enum Slot { kEnergy, kLeastJacobian, kBad8, kBad32, kMinSj, kSumSj, kLengthSum, kSlope, kRaised, kSlots };
+// Numbers of the conjugate gradients (shaders/kernels/cg_step.glsl).
+enum CgScalar { kRz, kCurvature, kNewRz, kFirstRz, kCgScalars };
+
+constexpr std::uint32_t kReduceWidth = 2048;
+constexpr std::uint32_t kDotWidth = 64;
+constexpr int kCgIterationsBetweenReads = 8;
+constexpr int kMaxHalvings = 20;
+constexpr double kArmijo = 1e-4;
+constexpr float kLengthFloorRel = 1e-3f;
+constexpr double kTimeout_s = 600;
+
+std::uint32_t blocks(std::uint32_t count, std::uint32_t width) { return (count + width - 1) / width; }
+
+} // namespace
+
+Result<std::unique_ptr<DeviceSolver>> DeviceSolver::create(DeviceProblem& device) {
+    std::unique_ptr<DeviceSolver> solver(new DeviceSolver(device));
+    if (auto status = solver->allocate(); !status) return status.error();
+    return solver;
+}
+
+Status DeviceSolver::allocate() {
+    const std::size_t real = device_.real_bytes(), vector = 3 * real;
+    const std::size_t vertices = device_.vertex_count, cells = device_.cell_count, dofs = device_.dof_count;
+    const std::size_t widest = std::max(cells, dofs);
+    struct Request {
+        Buffer* buffer;
+        std::size_t bytes;
+        const char* label;
+    };
+    const Request requests[] = {
+        {&trial_, vertices * device_.point_bytes(), "trial positions"},
+        {&saved_, vertices * device_.point_bytes(), "saved positions"},
+        {&energy_, cells * real, "cell energies"},
+        {&least_, cells * real, "cell minima"},
+        {&third_, cells * real, "cell flags"},
+        {&partial_[0], (widest / kDotWidth + 1) * real, "partial sums"},
+        {&partial_[1], (widest / kReduceWidth + 2) * real, "partial sums"},
+        {&status_, kSlots * real, "status"},
+        {&scalars_, kCgScalars * real, "scalars"},
+        {&gradient_, dofs * vector, "gradient"},
+        {&block_, dofs * 2 * vector, "Hessian blocks"},
+        {&solution_, dofs * vector, "solution"},
+        {&residual_, dofs * vector, "residual"},
+        {&preconditioned_, dofs * vector, "preconditioned residual"},
+        {&direction_, dofs * vector, "direction"},
+        {&product_, dofs * vector, "product"},
+        {&field_, vertices * vector, "field"},
+        {&cell_vectors_, cells * 8 * vector, "cell vectors"},
+        {&raised_, dofs * real, "raised"},
+    };
+    for (const Request& request : requests) {
+        auto buffer = device_.backend->create_buffer(std::max<std::size_t>(request.bytes, 8), request.label);
+        if (!buffer) return buffer.error();
+        *request.buffer = std::move(*buffer);
+    }
+    // Fixed vertices keep 0 in the field.
+    recorder_.fill(field_.ref(), 0, std::max<std::size_t>(vertices * vector, 8) / 4 * 4);
+    return run();
+}
+
+Status DeviceSolver::run() {
+    const Status status = device_.backend->submit(recorder_);
+    recorder_.clear();
+    return status ? device_.backend->wait(kTimeout_s) : status;
+}
+
+BufferRef DeviceSolver::slot(int number) const {
+    return status_.ref(static_cast<std::size_t>(number) * device_.real_bytes());
+}
+
+void DeviceSolver::constrain(const Buffer& points) {
+    recorder_.dispatch(device_.precision,
+                       args::constrain_points{points.ref(), device_.hanging_vertex.ref(),
+                                              device_.hanging_offset.ref(), device_.hanging_master.ref(),
+                                              device_.hanging_weight.ref(), device_.hanging_count});
+}
+
+void DeviceSolver::reduce(bool sum, BufferRef source, std::uint32_t count, BufferRef target) {
+    int next = 1;
+    while (true) {
+        const std::uint32_t groups = blocks(count, kReduceWidth);
+        const BufferRef to = groups <= 1 ? target : partial_[next].ref();
+        if (sum)
+            recorder_.dispatch(device_.precision, args::reduce_sum{source, to, count, groups});
+        else
+            recorder_.dispatch(device_.precision, args::reduce_min{source, to, count, groups});
+        if (groups <= 1) return;
+        source = to;
+        count = groups;
+        next = 1 - next;
+    }
+}
+
+void DeviceSolver::dot(const Buffer& a, const Buffer& b, BufferRef target) {
+    const std::uint32_t count = blocks(device_.dof_count, kDotWidth);
+    recorder_.dispatch(device_.precision,
+                       args::dot_blocks{a.ref(), b.ref(), partial_[0].ref(), device_.dof_count, count});
+    reduce(true, partial_[0].ref(), count, target);
+}
+
+Status DeviceSolver::update_lengths() {
+    recorder_.dispatch(device_.precision, args::measure_length{device_.points.ref(), device_.cells.ref(),
+                                                               device_.length.ref(), device_.cell_count});
+    reduce(true, device_.length.ref(), device_.cell_count, slot(kLengthSum));
+    recorder_.dispatch(device_.precision, args::invert_length{device_.length.ref(), slot(kLengthSum),
+                                                              device_.inverse_length.ref(), kLengthFloorRel,
+                                                              device_.cell_count});
+    return run();
+}
+
+void DeviceSolver::record_energy(const Objective& o, const Buffer& points) {
+    recorder_.dispatch(device_.precision,
+                       args::cell_energy{points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                                         device_.cell_weight.ref(), device_.tet_mask.ref(), energy_.ref(),
+                                         least_.ref(), static_cast<float>(o.eps),
+                                         static_cast<float>(o.shape_weight),
+                                         static_cast<float>(o.penalty_weight), static_cast<float>(o.theta),
+                                         device_.cell_count});
+    reduce(true, energy_.ref(), device_.cell_count, slot(kEnergy));
+    reduce(false, least_.ref(), device_.cell_count, slot(kLeastJacobian));
+}
+
+Result<ObjectiveValue> DeviceSolver::read_value() {
+    if (auto status = run(); !status) return status.error();
+    auto numbers = device_.read_reals(status_, kSlots);
+    if (!numbers) return numbers.error();
+    return ObjectiveValue{(*numbers)[kEnergy], (*numbers)[kLeastJacobian]};
+}
+
+Result<ObjectiveValue> DeviceSolver::evaluate(const Objective& objective) {
+    record_energy(objective, device_.points);
+    return read_value();
+}
+
+Result<DeviceQuality> DeviceSolver::measure() {
+    recorder_.dispatch(device_.precision, args::cell_quality{device_.points.ref(), device_.cells.ref(),
+                                                             device_.inverse_length.ref(), energy_.ref(),
+                                                             least_.ref(), third_.ref(), device_.cell_count});
+    reduce(false, energy_.ref(), device_.cell_count, slot(kMinSj));
+    reduce(true, energy_.ref(), device_.cell_count, slot(kSumSj));
+    reduce(true, least_.ref(), device_.cell_count, slot(kBad8));
+    reduce(true, third_.ref(), device_.cell_count, slot(kBad32));
+    if (auto status = run(); !status) return status.error();
+    auto numbers = device_.read_reals(status_, kSlots);
+    if (!numbers) return numbers.error();
+    return DeviceQuality{(*numbers)[kBad8], (*numbers)[kBad32], (*numbers)[kMinSj], (*numbers)[kSumSj]};
+}
+
+Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega) {
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
+            const auto count = static_cast<std::uint32_t>(device_.colours[c].size());
+            recorder_.dispatch(
+                device_.precision,
+                args::newton_vertex{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                                    device_.cell_weight.ref(), device_.ball_offset.ref(),
+                                    device_.ball_item.ref(), device_.pattern.ref(), device_.dof_vertex.ref(),
+                                    device_.dof_list.ref(4 * device_.colours.offset[c]),
+                                    static_cast<float>(eps), static_cast<float>(omega), count});
+            constrain(device_.points);
+        }
+    }
+    return run();
+}
+
+Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
+    recorder_.fill(raised_.ref(), 0, device_.dof_count * device_.real_bytes());
+    for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
+        const auto count = static_cast<std::uint32_t>(device_.colours[c].size());
+        recorder_.dispatch(
+            device_.precision,
+            args::raise_vertex{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                               device_.cell_weight.ref(), device_.ball_offset.ref(), device_.ball_item.ref(),
+                               device_.pattern.ref(), device_.dof_vertex.ref(),
+                               device_.dof_list.ref(4 * device_.colours.offset[c]), slot(kMinSj),
+                               raised_.ref(), static_cast<float>(margin), static_cast<float>(gain), count});
+        constrain(device_.points);
+    }
+    reduce(true, raised_.ref(), device_.dof_count, slot(kRaised));
+    if (auto status = run(); !status) return status.error();
+    auto numbers = device_.read_reals(status_, kSlots);
+    if (!numbers) return numbers.error();
+    return static_cast<std::size_t>((*numbers)[kRaised]);
+}
+
+Status DeviceSolver::sweep_laplacian(bool smart) {
+    for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
+        const auto count = static_cast<std::uint32_t>(device_.colours[c].size());
+        recorder_.dispatch(device_.precision,
+                           args::laplacian_vertex{device_.points.ref(), device_.cells.ref(),
+                                                  device_.inverse_length.ref(), device_.cell_weight.ref(),
+                                                  device_.ball_offset.ref(), device_.ball_item.ref(),
+                                                  device_.pattern.ref(), device_.dof_vertex.ref(),
+                                                  device_.dof_list.ref(4 * device_.colours.offset[c]),
+                                                  device_.neighbour_offset.ref(), device_.neighbour.ref(),
+                                                  device_.neighbour_weight.ref(), smart ? 1u : 0u, count});
+        constrain(device_.points);
+    }
+    return run();
+}
+
+Status DeviceSolver::save() {
+    recorder_.copy(device_.points.ref(), saved_.ref(), device_.vertex_count * device_.point_bytes());
+    return run();
+}
+
+Status DeviceSolver::restore() {
+    recorder_.copy(saved_.ref(), device_.points.ref(), device_.vertex_count * device_.point_bytes());
+    return run();
+}
+
+/// product_ = matrix times direction: the Hessian model of an objective, or the graph Laplacian (null).
+void DeviceSolver::record_product(const Objective* o) {
+    recorder_.dispatch(device_.precision,
+                       args::constrain_field{field_.ref(), device_.hanging_vertex.ref(),
+                                             device_.hanging_offset.ref(), device_.hanging_master.ref(),
+                                             device_.hanging_weight.ref(), device_.hanging_count});
+    if (o)
+        recorder_.dispatch(device_.precision,
+                           args::cell_hessian_product{
+                               device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                               device_.cell_weight.ref(), device_.tet_mask.ref(), field_.ref(),
+                               cell_vectors_.ref(), static_cast<float>(o->eps),
+                               static_cast<float>(o->shape_weight), static_cast<float>(o->penalty_weight),
+                               static_cast<float>(o->theta), device_.cell_count});
+    else
+        recorder_.dispatch(device_.precision,
+                           args::cell_laplacian{device_.cells.ref(), device_.edge_weight.ref(), field_.ref(),
+                                                cell_vectors_.ref(), device_.cell_count});
+    recorder_.dispatch(device_.precision,
+                       args::gather_cells{device_.ball_offset.ref(), device_.ball_item.ref(),
+                                          device_.pattern.ref(), cell_vectors_.ref(), product_.ref(), 1.0f,
+                                          device_.dof_count});
+}
+
+/// Solves matrix * solution_ = -gradient_ with block_ as preconditioner.
+Result<int> DeviceSolver::solve(const Objective* objective, double tolerance, int max_iterations) {
+    const std::size_t real = device_.real_bytes();
+    const auto scalar = [&](int number) { return scalars_.ref(static_cast<std::size_t>(number) * real); };
+    recorder_.dispatch(device_.precision,
+                       args::cg_start{gradient_.ref(), block_.ref(), device_.dof_vertex.ref(),
+                                      solution_.ref(), residual_.ref(), preconditioned_.ref(),
+                                      direction_.ref(), field_.ref(), device_.dof_count});
+    dot(residual_, preconditioned_, scalar(kRz));
+    recorder_.copy(scalar(kRz), scalar(kFirstRz), real);
+    for (int iteration = 0; iteration < max_iterations;) {
+        for (int k = 0; k < kCgIterationsBetweenReads && iteration < max_iterations; ++k, ++iteration) {
+            record_product(objective);
+            dot(direction_, product_, scalar(kCurvature));
+            recorder_.dispatch(device_.precision,
+                               args::cg_step{direction_.ref(), product_.ref(), block_.ref(), scalars_.ref(),
+                                             solution_.ref(), residual_.ref(), preconditioned_.ref(),
+                                             static_cast<float>(tolerance), device_.dof_count});
+            dot(residual_, preconditioned_, scalar(kNewRz));
+            recorder_.dispatch(device_.precision,
+                               args::cg_direction{preconditioned_.ref(), scalars_.ref(),
+                                                  device_.dof_vertex.ref(), direction_.ref(), field_.ref(),
+                                                  device_.dof_count});
+            recorder_.copy(scalar(kNewRz), scalar(kRz), real);
+        }
+        if (auto status = run(); !status) return status.error();
+        auto numbers = device_.read_reals(scalars_, kCgScalars);
+        if (!numbers) return numbers.error();
+        if (!((*numbers)[kRz] > tolerance * (*numbers)[kFirstRz])) return iteration;
+    }
+    return max_iterations;
+}
+
+Result<bool> DeviceSolver::search_line(const Objective& objective, double slope, ObjectiveValue& value) {
+    const std::size_t bytes = device_.vertex_count * device_.point_bytes();
+    double length = 1;
+    for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {
+        recorder_.copy(device_.points.ref(), trial_.ref(), bytes);
+        recorder_.dispatch(device_.precision,
+                           args::take_step{device_.points.ref(), solution_.ref(), device_.dof_vertex.ref(),
+                                           trial_.ref(), static_cast<float>(length), device_.dof_count});
+        constrain(trial_);
+        record_energy(objective, trial_);
+        auto at = read_value();
+        if (!at) return at.error();
+        if (at->energy <= value.energy + kArmijo * length * slope) {
+            std::swap(device_.points, trial_);
+            value = *at;
+            return true;
+        }
+    }
+    return false;
+}
+
+Result<NewtonResult> DeviceSolver::minimise(const Objective& objective, const NewtonOptions& options,
+                                            const Budget& budget) {
+    NewtonResult result;
+    auto value = evaluate(objective);
+    if (!value) return value.error();
+    result.start = *value;
+    while (result.steps < options.max_steps && device_.dof_count > 0 && !budget.exhausted()) {
+        recorder_.dispatch(
+            device_.precision,
+            args::dof_gradient{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                               device_.cell_weight.ref(), device_.ball_offset.ref(), device_.ball_item.ref(),
+                               device_.pattern.ref(), gradient_.ref(), block_.ref(),
+                               static_cast<float>(objective.eps), static_cast<float>(objective.shape_weight),
+                               static_cast<float>(objective.penalty_weight),
+                               static_cast<float>(objective.theta), device_.dof_count});
+        auto iterations = solve(&objective, options.cg_tolerance, options.cg_max_iterations);
+        if (!iterations) return iterations.error();
+        result.cg_iterations += *iterations;
+        dot(gradient_, solution_, slot(kSlope));
+        if (auto status = run(); !status) return status.error();
+        auto numbers = device_.read_reals(status_, kSlots);
+        if (!numbers) return numbers.error();
+        const double slope = (*numbers)[kSlope], before = value->energy;
+        auto moved = slope < 0 ? search_line(objective, slope, *value) : Result<bool>(false);
+        if (!moved) return moved.error();
+        if (!*moved) {
+            result.stalled = true;
+            break;
+        }
+        ++result.steps;
+        if (before - value->energy < options.min_relative_decrease * std::abs(before)) break;
+    }
+    result.end = *value;
+    return result;
+}
+
+Result<int> DeviceSolver::harmonic_start(double tolerance, int max_iterations) {
+    recorder_.dispatch(device_.precision, args::cell_umbrella{device_.points.ref(), device_.cells.ref(),
+                                                              device_.edge_weight.ref(), cell_vectors_.ref(),
+                                                              device_.cell_count});
+    recorder_.dispatch(device_.precision,
+                       args::gather_cells{device_.ball_offset.ref(), device_.ball_item.ref(),
+                                          device_.pattern.ref(), cell_vectors_.ref(), gradient_.ref(), 1.0f,
+                                          device_.dof_count});
+    recorder_.dispatch(device_.precision,
+                       args::laplacian_blocks{device_.edge_weight.ref(), device_.ball_offset.ref(),
+                                              device_.ball_item.ref(), device_.pattern.ref(), block_.ref(),
+                                              device_.dof_count});
+    auto iterations = solve(nullptr, tolerance, max_iterations);
+    if (!iterations) return iterations.error();
+    recorder_.copy(device_.points.ref(), trial_.ref(), device_.vertex_count * device_.point_bytes());
+    recorder_.dispatch(device_.precision,
+                       args::take_step{device_.points.ref(), solution_.ref(), device_.dof_vertex.ref(),
+                                       trial_.ref(), 1.0f, device_.dof_count});
+    constrain(trial_);
+    if (auto status = run(); !status) return status.error();
+    std::swap(device_.points, trial_);
+    return iterations;
+}
+
+} // namespace hexopt

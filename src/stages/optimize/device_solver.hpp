@@ -1,0 +1,64 @@
+#pragma once
+
+#include "stages/optimize/device_problem.hpp"
+#include "stages/optimize/newton.hpp"
+
+namespace hexopt {
+
+/// Counts over the cells of a problem, as the device sees them.
+struct DeviceQuality {
+    double bad8 = 0, bad32 = 0, min_sj = 1, sum_sj = 0;
+};
+
+/// The default method's inner loops as recordings on a backend: what the host reads back between them is a
+/// block of a few numbers. Every call leaves the positions on the device, hanging vertices included.
+class DeviceSolver {
+  public:
+    static Result<std::unique_ptr<DeviceSolver>> create(DeviceProblem& device);
+
+    /// Target sizes from the current positions, as Problem::update_lengths.
+    Status update_lengths();
+    Result<ObjectiveValue> evaluate(const Objective& objective);
+    Result<DeviceQuality> measure();
+
+    /// `sweeps` passes of one Newton step a dof, colour after colour; over-relaxed by omega where that lowers
+    /// a ball's energy.
+    Status sweep_newton(double eps, int sweeps, double omega = 1.6);
+    /// Newton steps with matrix-free conjugate gradients on all dofs at once.
+    Result<NewtonResult> minimise(const Objective& objective, const NewtonOptions& options,
+                                  const Budget& budget);
+    /// Solves the weighted graph Laplacian for the dofs; the number of iterations.
+    Result<int> harmonic_start(double tolerance, int max_iterations);
+    /// One max-min pass over balls within `margin` of the least scaled Jacobian; how many dofs moved.
+    Result<std::size_t> sweep_raise(double margin, double gain);
+    /// One Laplacian pass, colour after colour.
+    Status sweep_laplacian(bool smart);
+
+    /// Keeps the positions on the device, and brings them back.
+    Status save();
+    Status restore();
+
+    DeviceProblem& device() { return device_; }
+
+  private:
+    explicit DeviceSolver(DeviceProblem& device) : device_(device) {}
+    Status allocate();
+    Status run();
+    void constrain(const compute::Buffer& points);
+    void reduce(bool sum, compute::BufferRef source, std::uint32_t count, compute::BufferRef target);
+    void dot(const compute::Buffer& a, const compute::Buffer& b, compute::BufferRef target);
+    void record_energy(const Objective& objective, const compute::Buffer& points);
+    Result<ObjectiveValue> read_value();
+    void record_product(const Objective* objective);
+    Result<int> solve(const Objective* objective, double tolerance, int max_iterations);
+    Result<bool> search_line(const Objective& objective, double slope, ObjectiveValue& value);
+    compute::BufferRef slot(int number) const;
+
+    DeviceProblem& device_;
+    compute::Recorder recorder_;
+    compute::Buffer trial_, saved_, energy_, least_, third_, partial_[2], status_, scalars_;
+    compute::Buffer gradient_, block_, solution_, residual_, preconditioned_, direction_, product_, field_,
+        cell_vectors_, raised_;
+};
+
+} // namespace hexopt
