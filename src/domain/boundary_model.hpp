@@ -35,6 +35,26 @@ struct BoundaryOptions {
     double feature_angle_deg = 35; ///< an edge is a feature where the normals beside it differ by more
     double corner_turn_deg = 60;   ///< a vertex on a curve that turns by more is a corner
     bool patch_borders = true;     ///< edges between named patches are features
+    /// With a given surface: how far, in local edge lengths of the mesh, a feature vertex may be from a
+    /// corner or curve to be bound to it; 0..2.
+    double reach = 0.5;
+};
+
+/// How well a mesh fits a given surface. All zero where the mesh's own boundary is the surface.
+struct AssociationReport {
+    struct FarVertex {
+        Index vertex;
+        double distance; ///< to what it is bound to, model units
+    };
+    double largest_distance = 0;         ///< of a bound vertex to its entity, model units
+    std::vector<FarVertex> far_vertices; ///< the worst of those beyond `reach`, at most 20, worst first
+    std::size_t far_count = 0;           ///< vertices beyond `reach` local edge lengths from their entity
+    std::size_t unmatched_corners = 0;   ///< corners of the surface that no vertex is bound to
+    std::size_t unmatched_curves = 0;    ///< curves that no mesh edge follows
+    std::size_t unmatched_vertices = 0;  ///< feature vertices of the mesh without a curve within `reach`
+    std::size_t dropped_triangles = 0;   ///< without area or given twice
+    std::size_t open_edges = 0;          ///< of the surface: used by one triangle; features
+    std::size_t nonmanifold_edges = 0;   ///< of the surface: used by more than two; features
 };
 
 /// Closest point on an entity.
@@ -78,6 +98,7 @@ class BoundaryModel {
     /// Binding of every vertex of the mesh that the model was built for.
     std::span<const Association> associations() const { return association_; }
 
+    const AssociationReport& association_report() const { return report_; }
     /// Edges of the mesh that are to follow the model's curves, as pairs of vertices.
     std::span<const std::array<Index, 2>> feature_edges() const { return feature_edges_; }
 
@@ -109,11 +130,14 @@ class BoundaryModel {
     /// Corners of a triangle and ends of a segment, model units.
     const std::array<Point, 3>& triangle(Index triangle) const { return triangles_[triangle].corner; }
     const std::array<Point, 2>& segment(Index segment) const { return segments_[segment].end; }
+    Index curve_of_segment(Index segment) const { return curve_of_segment_[segment]; }
     SourceFace source_face(Index triangle) const { return source_[triangle]; }
     Index patch_of_triangle(Index triangle) const { return patch_of_triangle_[triangle]; }
     /// Points of a curve in order; a closed one repeats its first point at the end.
     std::span<const Point> curve_points(Index curve) const { return curve_points_[curve]; }
     bool curve_closed(Index curve) const { return curves_[curve].closed; }
+    /// Corners at the ends of a curve, kNoIndex for a closed one without a corner.
+    std::array<Index, 2> curve_ends(Index curve) const { return curves_[curve].ends; }
     /// The whole surface as triangles, one soup patch a patch of the model.
     TriangleSoup to_soup() const;
 
@@ -136,6 +160,7 @@ class BoundaryModel {
         std::array<Index, 2> element; ///< segments [first, last)
         Index root;                   ///< in segment_tree_
         bool closed;
+        std::array<Index, 2> ends; ///< corners
     };
 
     std::vector<Triangle> triangles_; ///< by patch, within one in the order of its tree's leaves
@@ -144,6 +169,7 @@ class BoundaryModel {
     std::vector<Index> patch_of_triangle_;
     std::vector<Segment> segments_; ///< by curve, within one in the order of its tree's leaves
     std::vector<std::array<Point, 2>> segment_vertex_tangent_;
+    std::vector<Index> curve_of_segment_;
     std::vector<Patch> patches_;
     std::vector<Curve> curves_;
     std::vector<Point> corners_;
@@ -154,6 +180,7 @@ class BoundaryModel {
     Index all_segments_ = kNoIndex;  ///< root over all curves, kNoIndex without any
     std::vector<Association> association_;
     std::vector<std::array<Index, 2>> feature_edges_;
+    AssociationReport report_;
     double diagonal_ = 0;
 };
 
@@ -165,8 +192,20 @@ inline Point quad_centre(const std::array<Point, 4>& x) { return 0.25 * ((x[0] +
 /// quad's diagonals. Features: edges by angle between the quads' normals, borders between patches of
 /// mesh.boundary, and edges that do not have exactly two quads. Corners: vertices without exactly two feature
 /// edges (and not without any), sharp turns, and vertices where the boundary touches itself.
-/// Errors: bad_input where there is no boundary or a position is not finite; cancelled.
+/// Errors: usage (an option out of range); bad_input where there is no boundary or a position is not finite;
+/// cancelled.
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
                                            const BoundaryOptions& options, Context& context);
+
+/// A given surface, on which the mesh's boundary is to lie. Equal vertices are merged; triangles without area
+/// or given twice are dropped. Features as above, from the triangles' normals and soup.patch; open and
+/// non-manifold edges are features. The mesh's corners are bound to corners and its curves to curves within
+/// options.reach; its other boundary vertices to the nearest patch, preferring the one that the neighbours
+/// are bound to; vertices that lie on a corner or curve are bound to it even where the mesh has no feature.
+/// What does not match is in association_report(). Errors: usage; bad_input where an id is out of range, a
+/// coordinate is not finite or no triangle is left; cancelled.
+Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
+                                           const TriangleSoup& surface, const BoundaryOptions& options,
+                                           Context& context);
 
 } // namespace hexopt

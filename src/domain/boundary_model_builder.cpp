@@ -113,7 +113,7 @@ void BoundaryModelBuilder::add_curves(const BoundaryModelParts& parts, BoundaryM
     for (std::size_t c = 0; c < parts.curve_vertex.rows(); ++c) {
         const std::span<const Point> points = model.curve_points_[c];
         const std::span<const Index> chain = parts.curve_vertex[c];
-        const std::vector<Point> tangent = compute_tangents(points, parts.smooth[c]);
+        const std::vector<Point> tangent = compute_tangents(points, parts.curve_ends[c][0] == kNoIndex);
         std::vector<Box> boxes(points.size() - 1);
         Box curve;
         for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -127,10 +127,12 @@ void BoundaryModelBuilder::add_curves(const BoundaryModelParts& parts, BoundaryM
         for (Index k : order) {
             model.segments_.push_back({{points[k], points[k + 1]}, unit_or_zero(points[k + 1] - points[k])});
             model.segment_vertex_tangent_.push_back({tangent[k], tangent[k + 1]});
+            model.curve_of_segment_.push_back(static_cast<Index>(c));
         }
         model.curves_.push_back({{first, static_cast<Index>(model.segments_.size())},
                                  roots.back(),
-                                 chain.front() == chain.back()});
+                                 chain.front() == chain.back(),
+                                 parts.curve_ends[c]});
     }
     if (!roots.empty()) model.all_segments_ = model.segment_tree_.add_tree_of_trees(curve_box, roots);
 }
@@ -144,9 +146,32 @@ BoundaryModel BoundaryModelBuilder::assemble(BoundaryModelParts parts) {
     add_patches(parts, model, frame);
     add_curves(parts, model, frame);
     for (Index v : parts.corner_vertex) model.corners_.push_back(parts.vertices[v]);
-    model.association_ = std::move(parts.association);
-    model.feature_edges_ = std::move(parts.feature_edges);
     return model;
+}
+
+void BoundaryModelBuilder::bind(BoundaryModel& model, std::vector<Association> association,
+                                std::vector<std::array<Index, 2>> feature_edges, AssociationReport report) {
+    model.association_ = std::move(association);
+    model.feature_edges_ = std::move(feature_edges);
+    model.report_ = std::move(report);
+}
+
+void add_features(const FeatureGraph& graph, BoundaryModelParts& parts) {
+    for (std::size_t t = 0; t < parts.triangles.size(); ++t) {
+        parts.patch.push_back(graph.face_patch[parts.source[t]]);
+        if (graph.flipped[parts.source[t]]) std::swap(parts.triangles[t][0], parts.triangles[t][1]);
+    }
+    parts.patch_count = graph.patch_count;
+    parts.curve_vertex = graph.curve_vertex;
+    parts.corner_vertex = graph.corner_vertex;
+    for (std::size_t c = 0; c < graph.curve_vertex.rows(); ++c) {
+        const std::span<const Index> chain = graph.curve_vertex[c];
+        parts.curve_ends.push_back({graph.vertex_corner[chain.front()], graph.vertex_corner[chain.back()]});
+    }
+}
+
+FeatureLimits feature_limits(const BoundaryOptions& options) {
+    return {options.feature_angle_deg, options.corner_turn_deg, options.patch_borders};
 }
 
 } // namespace hexopt

@@ -1,8 +1,11 @@
+#include "domain/associate.hpp"
 #include "domain/boundary_model_builder.hpp"
 #include "domain/boundary_polygons.hpp"
+#include "domain/surface_polygons.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
+#include <numeric>
 
 namespace hexopt {
 
@@ -48,13 +51,14 @@ void add_quad_fans(std::span<const Quad> quads, BoundaryModelParts& parts) {
 
 namespace {
 
-/// Each fan belongs to its quad's patch and faces the way of the patch's first quad.
-void assign_patches(const FeatureGraph& graph, BoundaryModelParts& parts) {
-    for (std::size_t t = 0; t < parts.triangles.size(); ++t) {
-        parts.patch.push_back(graph.face_patch[parts.source[t]]);
-        if (graph.flipped[parts.source[t]]) std::swap(parts.triangles[t][0], parts.triangles[t][1]);
-    }
-    parts.patch_count = graph.patch_count;
+Status check_options(const BoundaryOptions& options) {
+    const auto usage = [](const char* reason) { return make_error(ErrorCode::usage, kStage, "", reason); };
+    if (!(options.feature_angle_deg >= 0 && options.feature_angle_deg <= 180))
+        return usage("the feature angle must lie in 0..180 degrees");
+    if (!(options.corner_turn_deg >= 0 && options.corner_turn_deg <= 180))
+        return usage("the turn at a corner must lie in 0..180 degrees");
+    if (!(options.reach >= 0 && options.reach <= 2)) return usage("the reach must lie in 0..2 edge lengths");
+    return Done{};
 }
 
 std::vector<Association> associate_own(const Topology& topology, const FeatureGraph& graph) {
@@ -72,38 +76,62 @@ std::vector<Association> associate_own(const Topology& topology, const FeatureGr
     return association;
 }
 
-} // namespace
-
-void add_features(const FeatureGraph& graph, BoundaryModelParts& parts) {
-    parts.curve_vertex = graph.curve_vertex;
-    parts.corner_vertex = graph.corner_vertex;
+std::vector<std::array<Index, 2>> feature_edges(const FeatureGraph& graph) {
+    std::vector<std::array<Index, 2>> edges;
     for (std::size_t c = 0; c < graph.curve_vertex.rows(); ++c) {
         const std::span<const Index> chain = graph.curve_vertex[c];
-        parts.smooth.push_back(chain.front() == chain.back() &&
-                               graph.vertex_corner[chain.front()] == kNoIndex);
+        for (std::size_t i = 0; i + 1 < chain.size(); ++i) edges.push_back({chain[i], chain[i + 1]});
     }
+    return edges;
 }
+
+} // namespace
 
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
                                            const BoundaryOptions& options, Context& context) {
+    if (Status ok = check_options(options); !ok) return ok.error();
     if (Status ok = check_boundary(mesh, topology); !ok) return ok.error();
     const SurfacePolygons polygons = compute_boundary_polygons(mesh, topology);
-    const FeatureGraph graph =
-        compute_feature_graph(mesh.positions, polygons,
-                              {options.feature_angle_deg, options.corner_turn_deg, options.patch_borders});
+    const FeatureGraph graph = compute_feature_graph(mesh.positions, polygons, feature_limits(options));
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
     BoundaryModelParts parts;
     parts.vertices = mesh.positions;
     add_quad_fans(boundary_quads(mesh, topology), parts);
-    assign_patches(graph, parts);
     add_features(graph, parts);
-    for (std::size_t c = 0; c < graph.curve_vertex.rows(); ++c) {
-        const std::span<const Index> chain = graph.curve_vertex[c];
-        for (std::size_t i = 0; i + 1 < chain.size(); ++i)
-            parts.feature_edges.push_back({chain[i], chain[i + 1]});
-    }
-    parts.association = associate_own(topology, graph);
-    return BoundaryModelBuilder::assemble(std::move(parts));
+    BoundaryModel model = BoundaryModelBuilder::assemble(std::move(parts));
+    BoundaryModelBuilder::bind(model, associate_own(topology, graph), feature_edges(graph), {});
+    return model;
+}
+
+Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
+                                           const TriangleSoup& surface, const BoundaryOptions& options,
+                                           Context& context) {
+    if (Status ok = check_options(options); !ok) return ok.error();
+    if (Status ok = check_boundary(mesh, topology); !ok) return ok.error();
+    Result<CleanSurface> clean = clean_surface(surface);
+    if (!clean) return clean.error();
+    const FeatureGraph graph =
+        compute_feature_graph(clean->vertices, clean->polygons, feature_limits(options));
+    if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
+    BoundaryModelParts parts;
+    parts.vertices = std::move(clean->vertices);
+    parts.triangles = std::move(clean->triangles);
+    parts.source.resize(parts.triangles.size());
+    std::iota(parts.source.begin(), parts.source.end(), SourceFace{0});
+    add_features(graph, parts);
+    parts.source = std::move(clean->source);
+    BoundaryModel model = BoundaryModelBuilder::assemble(std::move(parts));
+
+    const FeatureGraph mesh_graph = compute_feature_graph(
+        mesh.positions, compute_boundary_polygons(mesh, topology), feature_limits(options));
+    SurfaceAssociation bound = associate(mesh, topology, mesh_graph, model, options.reach, context);
+    if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
+    bound.report.dropped_triangles = clean->dropped_triangles;
+    bound.report.open_edges = clean->open_edges;
+    bound.report.nonmanifold_edges = clean->nonmanifold_edges;
+    BoundaryModelBuilder::bind(model, std::move(bound.association), std::move(bound.feature_edges),
+                               std::move(bound.report));
+    return model;
 }
 
 } // namespace hexopt

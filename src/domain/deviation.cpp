@@ -244,7 +244,7 @@ BoundaryModel build_distance_model(const HexMesh& mesh, std::span<const Quad> qu
     for (const auto& edge : feature_edges) {
         parts.curve_vertex.item.insert(parts.curve_vertex.item.end(), edge.begin(), edge.end());
         parts.curve_vertex.offset.push_back(parts.curve_vertex.item.size());
-        parts.smooth.push_back(0);
+        parts.curve_ends.push_back({0, 0}); // tangents are not used
     }
     return BoundaryModelBuilder::assemble(std::move(parts));
 }

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "core/result.hpp"
+#include "domain/feature_graph.hpp"
+#include "mesh/triangle_soup.hpp"
+
+#include <array>
+
+namespace hexopt {
+
+/// A soup with equal vertices merged and useless triangles left out.
+struct CleanSurface {
+    std::vector<Point> vertices;
+    std::vector<std::array<Index, 3>> triangles;
+    std::vector<Index> source; ///< per triangle: its number in the soup
+    SurfacePolygons polygons;  ///< the triangles
+    std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
+};
+
+/// Checks and cleans a soup. Triangles without area (a normal that rounding leaves undetermined) and those
+/// given twice are dropped. Errors (bad_input): an id out of range, a coordinate that is not finite, a wrong
+/// number of patches, no triangle left.
+Result<CleanSurface> clean_surface(const TriangleSoup& soup);
+
+} // namespace hexopt
