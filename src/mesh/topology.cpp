@@ -1,8 +1,8 @@
 #include "mesh/topology.hpp"
 
+#include "mesh/face_groups.hpp"
 #include "mesh/face_split.hpp"
 #include "mesh/hanging.hpp"
-#include "mesh/hex_reference.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,36 +10,6 @@
 namespace hexopt {
 
 namespace {
-
-/// Faces at each corner of the reference cell.
-constexpr std::array<std::array<std::uint8_t, 3>, 8> kCornerFace = [] {
-    std::array<std::array<std::uint8_t, 3>, 8> faces{};
-    for (int k = 0; k < 8; ++k)
-        faces[k] = {hex::kVertexX[k], static_cast<std::uint8_t>(2 + hex::kVertexY[k]),
-                    static_cast<std::uint8_t>(4 + hex::kVertexZ[k])};
-    return faces;
-}();
-
-struct KeyedFace {
-    std::array<Index, 3> others; ///< the face's vertices but the lowest, sorted
-    CellFace face;
-    friend auto operator<=>(const KeyedFace&, const KeyedFace&) = default;
-};
-
-/// Faces whose lowest vertex is v, sorted by their other vertices.
-void gather_faces(const HexMesh& mesh, std::span<const CellCorner> cells, Index v,
-                  std::vector<KeyedFace>& faces) {
-    faces.clear();
-    for (CellCorner at : cells)
-        for (std::uint32_t f : kCornerFace[at.corner]) {
-            Quad quad = face_vertices(mesh, {at.cell, f});
-            if (std::min({quad[0], quad[1], quad[2], quad[3]}) != v) continue;
-            std::sort(quad.begin(), quad.end());
-            faces.push_back({{quad[1], quad[2], quad[3]}, {at.cell, f}});
-        }
-    std::sort(faces.begin(), faces.end());
-    faces.erase(std::unique(faces.begin(), faces.end()), faces.end()); // a cell may repeat a vertex
-}
 
 void append_used_once(const std::vector<KeyedFace>& faces, std::vector<CellFace>& once) {
     for (std::size_t i = 0; i < faces.size();) {

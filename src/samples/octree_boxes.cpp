@@ -1,5 +1,7 @@
 #include "samples/box_mesh.hpp"
 
+#include "core/morton.hpp"
+
 #include <algorithm>
 
 namespace hexopt {
@@ -15,17 +17,7 @@ std::array<std::uint32_t, 3> place_of(std::uint64_t key) {
             static_cast<std::uint32_t>(key >> 42)};
 }
 
-std::uint64_t spread_bits(std::uint64_t x) {
-    x = (x | x << 32) & 0x1f00000000ffffu;
-    x = (x | x << 16) & 0x1f0000ff0000ffu;
-    x = (x | x << 8) & 0x100f00f00f00f00fu;
-    x = (x | x << 4) & 0x10c30c30c30c30c3u;
-    return (x | x << 2) & 0x1249249249249249u;
-}
-
-std::uint64_t morton_of(const LatticeBox& box) {
-    return spread_bits(box.low[0]) | spread_bits(box.low[1]) << 1 | spread_bits(box.low[2]) << 2;
-}
+std::uint64_t morton_of(const LatticeBox& box) { return morton_code(box.low[0], box.low[1], box.low[2]); }
 
 using Keys = std::vector<std::uint64_t>; ///< sorted places of the boxes of one level
 
