@@ -1,27 +1,15 @@
 #include "io/vtu_pieces.hpp"
 
+#include "io/point_hash.hpp"
 #include "io/scanner.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <fmt/format.h>
 #include <unordered_map>
 
 namespace hexopt::io_detail {
 
 namespace {
-
-struct PointHash {
-    std::size_t operator()(const Point& p) const {
-        std::uint64_t hash = 0;
-        for (int k = 0; k < 3; ++k) {
-            hash =
-                (hash ^ std::bit_cast<std::uint64_t>(p[k] + 0.0)) * 0x9E3779B97F4A7C15u; // +0.0: -0 equals 0
-            hash ^= hash >> 29;
-        }
-        return hash;
-    }
-};
 
 struct FirstUse {
     std::size_t piece;
