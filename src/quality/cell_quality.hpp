@@ -28,7 +28,14 @@ struct CellValidity {
     bool is_finite = false; ///< all coordinates are
 
     bool is_concave() const { return concave8 + concave24 > 0; }
+    bool is_usable() const { return !is_concave() && validity == Validity::valid; }
 };
+
+/// Cells that are not usable are worse than those that are, each group by scaled Jacobian.
+inline bool is_worse(const CellValidity& a, const CellValidity& b) {
+    if (a.is_usable() != b.is_usable()) return b.is_usable();
+    return a.scaled_jacobian < b.scaled_jacobian;
+}
 
 /// All figures of one cell.
 struct CellQuality {

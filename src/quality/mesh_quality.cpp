@@ -91,15 +91,10 @@ std::vector<ListedCell> list_worst(const HexMesh& mesh, const std::vector<CellQu
     std::vector<Index> order(cells.size());
     std::iota(order.begin(), order.end(), Index{0});
     wanted = std::min(wanted, order.size());
-    const auto is_usable = [&](Index c) {
-        return !cells[c].validity.is_concave() && cells[c].validity.validity == Validity::valid;
-    };
     std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(wanted), order.end(),
                       [&](Index a, Index b) {
-                          if (is_usable(a) != is_usable(b)) return is_usable(b);
-                          const double sa = cells[a].validity.scaled_jacobian;
-                          const double sb = cells[b].validity.scaled_jacobian;
-                          return sa != sb ? sa < sb : a < b;
+                          const CellValidity &va = cells[a].validity, &vb = cells[b].validity;
+                          return is_worse(va, vb) || (!is_worse(vb, va) && a < b);
                       });
     std::vector<ListedCell> worst;
     for (std::size_t i = 0; i < wanted; ++i)

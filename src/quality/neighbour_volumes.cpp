@@ -23,7 +23,8 @@ void add_pair(NeighbourVolumes& sum, double a, double b, CellFace face) {
         sum.worst = face;
     }
     std::size_t bin = 0;
-    for (double limit = 2; bin < 4 && ratio > limit; limit *= 2) ++bin;
+    // Refinement makes ratios of exactly 2, 4 and 8, but for rounding.
+    for (double limit = 2; bin < 4 && ratio > limit * (1 + 1e-9); limit *= 2) ++bin;
     ++sum.histogram[bin];
 }
 
