@@ -1,9 +1,12 @@
 #include "stages/optimize/optimize.hpp"
 
+#include "domain/boundary_model.hpp"
 #include "stages/optimize/hex_kernels.hpp"
+#include "stages/optimize/infeasible.hpp"
 #include "stages/optimize/robust.hpp"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 namespace hexopt {
@@ -50,6 +53,43 @@ MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, 
             return sum;
         },
         combine);
+}
+
+std::vector<Index> find_bad_cells(const HexMesh& mesh) {
+    const std::vector<float> ones(3 * kGroup, 1.0f);
+    const std::vector<std::uint32_t> all(kGroup, ~0u);
+    std::vector<Index> bad;
+    HexMeasure lanes;
+    for (std::size_t c = 0; c < mesh.cell_count(); c += kGroup) {
+        const int count = static_cast<int>(std::min<std::size_t>(kGroup, mesh.cell_count() - c));
+        hex_kernels().measure(
+            {mesh.positions.data(), &mesh.cells[c], ones.data(), ones.data(), all.data(), count, 1}, lanes);
+        for (int i = 0; i < count; ++i)
+            if (!(lanes.min_det32[i] > 0)) bad.push_back(static_cast<Index>(c) + i);
+    }
+    return bad;
+}
+
+/// Says which of the cells that are still bad nobody could have mended, given what may move.
+void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+                       const OptimizeOptions& options, OptimizeStats& stats) {
+    const bool sliding = options.boundary == BoundaryMode::slide;
+    if (sliding && options.max_deviation_rel > 0) return; // every vertex may move
+    std::vector<std::uint8_t> movable(mesh.vertex_count());
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        movable[v] =
+            sliding ? surface->associations()[v].kind != EntityKind::corner : !topology.on_boundary[v];
+    const std::vector<Index> bad = find_bad_cells(mesh);
+    Infeasibility all = prove_infeasible(mesh, topology, movable, bad, kAllTets);
+    stats.min_bad8 = prove_infeasible(mesh, topology, movable, bad, kCornerTets).bound();
+    stats.min_bad32 = all.bound();
+    stats.infeasible_cells = std::move(all.cells);
+    stats.infeasible_groups = std::move(all.groups);
+    if (stats.min_bad32 == 0) return;
+    stats.notes.push_back(fmt::format(
+        "proved: wherever the vertices that {} go, at least {} cell{} stay{} concave ({} at a corner)",
+        sliding ? "are no corners of the surface" : "are not on the boundary", stats.min_bad32,
+        stats.min_bad32 == 1 ? "" : "s", stats.min_bad32 == 1 ? "s" : "", stats.min_bad8));
 }
 
 Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
@@ -101,6 +141,7 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     stats.bad32_after = best.bad32;
     stats.min_sj_after = best.min_sj;
     stats.restored_input = !improved;
+    if (best.bad32 > 0 && !budget.exhausted()) explain_bad_cells(mesh, topology, surface, options, stats);
     stats.seconds = budget.seconds();
     if (context.is_cancelled())
         return make_error(ErrorCode::cancelled, "optimize", "",

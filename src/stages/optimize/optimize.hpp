@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/context.hpp"
+#include "core/csr.hpp"
 #include "core/result.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
@@ -50,8 +51,10 @@ struct OptimizeStats {
     double seconds = 0;
     double max_deviation_used = 0; ///< largest distance of a boundary vertex from the surface, model units
     bool restored_input = false;   ///< nothing better than the input was found, which is returned unchanged
-    std::vector<Index> infeasible_cells; ///< cells proved to stay bad whatever the free vertices do
-    std::vector<std::string> notes;      ///< what the user should know, one sentence each
+    std::vector<Index> infeasible_cells; ///< cells proved to stay bad wherever the free vertices go
+    Csr<Index> infeasible_groups; ///< at least one cell of each row is proved to stay bad; rows disjoint
+    std::size_t min_bad8 = 0, min_bad32 = 0; ///< proved: no placing of the free vertices leaves fewer
+    std::vector<std::string> notes;          ///< what the user should know, one sentence each
 };
 
 /// Improves the positions of `mesh`; connectivity and hanging constraints stay. Never worse: the counts of
