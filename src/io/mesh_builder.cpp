@@ -15,10 +15,15 @@ Error bad(std::string where, std::string reason, std::string advice) {
     return Error{ErrorCode::bad_input, "read", std::move(where), {std::move(reason), std::move(advice)}};
 }
 
+std::string plural(const std::string& name) {
+    if (name.ends_with("hedron")) return name.substr(0, name.size() - 2) + "a";
+    return name.ends_with("ex") ? name.substr(0, name.size() - 2) + "ices" : name + "s";
+}
+
 std::string list_counts(const std::map<std::string, std::size_t>& counts) {
     std::string text;
     for (const auto& [name, count] : counts)
-        text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, name, count == 1 ? "" : "s");
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, count == 1 ? name : plural(name));
     return text;
 }
 

@@ -33,6 +33,12 @@ struct MeshFile {
     std::vector<FieldData> fields; ///< the file's own arrays, in its order; valid until the mesh changes
 };
 
+struct ReadOptions {
+    /// Recognise hanging vertices by topology and position where the file holds no constraints
+    /// (mesh/recognise_hanging.hpp); false takes such a mesh as it is.
+    bool recognise_hanging = true;
+};
+
 /// Reads a mesh of hexahedra: legacy VTK, VTU, MEDIT (.mesh, .meshb) or Gmsh (.msh 2.2, 4.1), told apart by
 /// content, whatever the name. Vertices keep their order, cells theirs. Formats, arrays and limits:
 /// docs/io.md.
@@ -41,10 +47,12 @@ struct MeshFile {
 /// vertices, coordinates for finiteness, cells for repeated vertices. Errors: bad_input with file, line or
 /// byte and what to do; out_of_memory; cancelled. What is left out (points, lines, triangles, quadrilaterals
 /// inside the mesh, arrays that cannot be kept) is logged as a warning.
-Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& context);
+Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& context,
+                                const ReadOptions& options = {});
 
 /// The mesh of read_mesh_file() without its arrays.
-Result<HexMesh> read_mesh(const std::filesystem::path& path, Context& context);
+Result<HexMesh> read_mesh(const std::filesystem::path& path, Context& context,
+                          const ReadOptions& options = {});
 
 enum class MeshFormat : std::uint8_t {
     from_name, ///< by the extension: .vtu, .vtk or .mesh

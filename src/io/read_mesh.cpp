@@ -1,7 +1,9 @@
 #include "io/file_bytes.hpp"
 #include "io/mesh_io.hpp"
 #include "io/readers.hpp"
+#include "mesh/recognise_hanging.hpp"
 
+#include <fmt/format.h>
 #include <new>
 
 namespace hexopt {
@@ -14,6 +16,7 @@ Result<MeshFile> read_by_content(const std::string& file, std::string_view bytes
     if (looks_like_legacy_vtk(bytes)) return read_legacy_vtk(file, bytes, context);
     if (looks_like_vtu(bytes)) return read_vtu(file, bytes, context);
     if (looks_like_medit(bytes)) return read_medit(file, bytes, context);
+    if (looks_like_gmsh(bytes)) return read_gmsh(file, bytes, context);
     return Error{
         ErrorCode::bad_input,
         "read",
@@ -21,20 +24,41 @@ Result<MeshFile> read_by_content(const std::string& file, std::string_view bytes
         {"no mesh format that is known", "give legacy VTK, VTU, MEDIT .mesh or Gmsh .msh (2.2 or 4.1)"}};
 }
 
+/// For formats and programs that do not tell which vertices hang.
+Status add_hanging(const std::string& file, HexMesh& mesh, const Context& context) {
+    if (!mesh.hanging.empty()) return Done{};
+    Result<RecognisedHanging> found = recognise_hanging(mesh, {}, context.parallel());
+    if (!found) {
+        Error error = found.error();
+        error.where = error.where.empty() ? file : file + ": " + error.where;
+        return error;
+    }
+    if (!found->hanging.empty())
+        context.log(LogLevel::info,
+                    fmt::format("{}: recognised {} hanging vertices, at most {} from where they belong", file,
+                                found->hanging.count(), found->max_deviation));
+    mesh.hanging = std::move(found->hanging);
+    return Done{};
+}
+
 } // namespace
 
-Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& context) {
+Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& context,
+                                const ReadOptions& options) {
     try {
         const Result<FileBytes> bytes = read_file(path, context);
         if (!bytes) return bytes.error();
-        return read_by_content(path.string(), bytes->view(), context);
+        Result<MeshFile> file = read_by_content(path.string(), bytes->view(), context);
+        if (!file || !options.recognise_hanging) return file;
+        if (Status status = add_hanging(path.string(), file->mesh, context); !status) return status.error();
+        return file;
     } catch (const std::bad_alloc&) {
         return make_error(ErrorCode::out_of_memory, "read", path.string(), "no memory for this mesh");
     }
 }
 
-Result<HexMesh> read_mesh(const std::filesystem::path& path, Context& context) {
-    Result<MeshFile> file = read_mesh_file(path, context);
+Result<HexMesh> read_mesh(const std::filesystem::path& path, Context& context, const ReadOptions& options) {
+    Result<MeshFile> file = read_mesh_file(path, context, options);
     if (!file) return file.error();
     return std::move(file->mesh);
 }

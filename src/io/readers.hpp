@@ -16,4 +16,7 @@ Result<MeshFile> read_vtu(const std::string& file, std::string_view bytes, Conte
 bool looks_like_medit(std::string_view bytes);
 Result<MeshFile> read_medit(const std::string& file, std::string_view bytes, Context& context);
 
+bool looks_like_gmsh(std::string_view bytes);
+Result<MeshFile> read_gmsh(const std::string& file, std::string_view bytes, Context& context);
+
 } // namespace hexopt::io_detail

@@ -64,6 +64,21 @@ TEST_CASE("hanging constraints come back exactly") {
     }
 }
 
+TEST_CASE("hanging vertices that a file does not name are recognised, unless asked not to") {
+    const test::Scratch scratch;
+    Context context(1);
+    const HexMesh mesh = test::sample_hanging();
+    REQUIRE(write_mesh(scratch / "a.mesh", mesh, {}, {}, context));
+    const auto recognised = read_mesh(scratch / "a.mesh", context);
+    REQUIRE(recognised);
+    CHECK(recognised->hanging.vertex == mesh.hanging.vertex);
+    CHECK(recognised->hanging.master == mesh.hanging.master);
+    CHECK(recognised->hanging.weight == mesh.hanging.weight);
+    const auto plain = read_mesh(scratch / "a.mesh", context, {false});
+    REQUIRE(plain);
+    CHECK(plain->hanging.empty());
+}
+
 TEST_CASE("MEDIT keeps positions, cells, references and patches") {
     const test::Scratch scratch;
     Context context(1);

@@ -1,0 +1,10 @@
+SetFactory("Built-in");
+Point(1) = {0,0,0,1}; Point(2) = {2,0,0,1}; Point(3) = {2,1,0,1}; Point(4) = {0,1,0,1};
+Line(1)={1,2}; Line(2)={2,3}; Line(3)={3,4}; Line(4)={4,1};
+Curve Loop(1)={1,2,3,4}; Plane Surface(1)={1};
+Transfinite Curve{1,3}=3; Transfinite Curve{2,4}=2; Transfinite Surface{1}; Recombine Surface{1};
+out[] = Extrude {0,0,1.5} { Surface{1}; Layers{2}; Recombine; };
+Physical Surface("bottom face", 7) = {1};
+Physical Surface("top", 3) = {out[0]};
+Physical Volume("fluid", 11) = {out[1]};
+Physical Curve("edge", 5) = {1};
