@@ -1,9 +1,9 @@
 /* hexopt: untangles and improves hexahedral meshes. C interface.
  *
  * - All arrays belong to the caller and are only used during the call, unless a function says otherwise.
- * - Every struct starts with struct_size and version: set them with the HEXOPT_..._INIT macro or the
- *   hexopt_..._init function. A library that is newer than the program leaves what the program does not know
- * at its default; a struct newer than the library is refused with HEXOPT_USAGE.
+ * - Every struct starts with struct_size and version: set them with the HEXOPT_..._INIT macro. A library that
+ * is newer than the program leaves what the program does not know at its default; a struct newer than the
+ * library is refused with HEXOPT_USAGE.
  * - Functions return a status; hexopt_context_message() tells what is wrong, where, and what to do. No
  * exception and no signal leaves the library; it has no global state and prints nothing.
  * - A context serves one call at a time. Any number of contexts may be used at once from different threads.
@@ -86,6 +86,105 @@ HEXOPT_API void hexopt_context_cancel(hexopt_context* context);
 /** Why the last call with this context did not return HEXOPT_OK, on one line; "" after success. Valid until
  * the next call with this context. */
 HEXOPT_API const char* hexopt_context_message(const hexopt_context* context);
+
+/** A hexahedral mesh in the caller's arrays. Only `positions` is ever written to. */
+typedef struct hexopt_mesh {
+    size_t struct_size;
+    uint32_t version;
+    size_t vertex_count;
+    double* positions; /**< 3 * vertex_count: x, y, z of vertex 0, 1, ... in model units */
+    size_t cell_count;
+    const uint32_t* cells; /**< 8 * cell_count vertex numbers, 0-based, in VTK order */
+
+    /** Hanging vertices, 0 of them for a conforming mesh: vertex hanging_vertex[i] is at the sum of
+     *  weight[k] * position of master[k], k in hanging_offset[i] .. hanging_offset[i + 1] - 1. Weights of a
+     * row sum to 1. A master may hang itself. */
+    size_t hanging_count;
+    const uint32_t* hanging_vertex; /**< hanging_count */
+    const uint64_t* hanging_offset; /**< hanging_count + 1, from 0 */
+    const uint32_t* hanging_master; /**< hanging_offset[hanging_count] */
+    const double* hanging_weight;   /**< as many */
+
+    /** Boundary quads that belong to a patch (a CAD face, a physical group), 0 of them where unknown. Borders
+     * between patches are features. */
+    size_t patch_quad_count;
+    const uint32_t* patch_quads; /**< 4 * patch_quad_count vertex numbers, in either orientation */
+    const uint32_t* quad_patch;  /**< patch of each; any numbers */
+} hexopt_mesh;
+
+#define HEXOPT_MESH_INIT                                                                                     \
+    { sizeof(hexopt_mesh), HEXOPT_VERSION, 0, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, 0, NULL, NULL }
+
+typedef enum hexopt_method { HEXOPT_METHOD_ROBUST = 0, HEXOPT_METHOD_THESIS = 1 } hexopt_method;
+typedef enum hexopt_energy {
+    HEXOPT_ENERGY_STRUCTURAL = 0,
+    HEXOPT_ENERGY_SHAPE = 1,
+    HEXOPT_ENERGY_HYPERELASTIC = 2,
+    HEXOPT_ENERGY_REGULARISED = 3
+} hexopt_energy;
+typedef enum hexopt_boundary { HEXOPT_BOUNDARY_FIXED = 0, HEXOPT_BOUNDARY_SLIDE = 1 } hexopt_boundary;
+
+typedef struct hexopt_optimize_options {
+    size_t struct_size;
+    uint32_t version;
+    hexopt_method method;     /**< robust */
+    hexopt_energy energy;     /**< regularised */
+    int32_t decomposition;    /**< 8, 24 or 32 tetrahedra a cell; 32 */
+    hexopt_boundary boundary; /**< slide */
+    double feature_angle_deg; /**< boundary edges are features above it, 0..180; 35 */
+    double max_deviation_rel; /**< 0..0.1 of the bounding-box diagonal; 0: on the surface, features exact */
+    double min_sj; /**< stop when the minimum scaled Jacobian reaches it, -1..1; 1: as good as it gets */
+    double time_limit_s;    /**< 0: none */
+    int32_t max_iterations; /**< >= 1 */
+} hexopt_optimize_options;
+
+#define HEXOPT_OPTIMIZE_OPTIONS_INIT                                                                         \
+    {                                                                                                        \
+        sizeof(hexopt_optimize_options), HEXOPT_VERSION, HEXOPT_METHOD_ROBUST, HEXOPT_ENERGY_REGULARISED,    \
+            32, HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000                                          \
+    }
+
+/** What was reached. Counts are of cells. */
+typedef struct hexopt_optimize_result {
+    size_t struct_size;
+    uint32_t version;
+    uint64_t concave8_before, concave8_after;   /**< with a corner tetrahedron that is not positive */
+    uint64_t concave32_before, concave32_after; /**< with any of all 32 tetrahedra not positive */
+    double min_sj_before, min_sj_after;         /**< minimum scaled Jacobian, -1..1 */
+    uint64_t infeasible;                        /**< proved to stay bad whatever the free vertices do */
+    double max_deviation; /**< largest distance of a boundary vertex from the surface, model units */
+    double seconds;
+} hexopt_optimize_result;
+
+#define HEXOPT_OPTIMIZE_RESULT_INIT                                                                          \
+    { sizeof(hexopt_optimize_result), HEXOPT_VERSION, 0, 0, 0, 0, 0.0, 0.0, 0, 0.0, 0.0 }
+
+/** Moves mesh->positions; connectivity stays. Never worse: the counts and the minimum scaled Jacobian never
+ * end below the input's. options: NULL for defaults. result: NULL
+ * or where to write. HEXOPT_OK, HEXOPT_NO_VALID_MESH, HEXOPT_BELOW_TARGET and HEXOPT_CANCELLED leave the best
+ * state in mesh->positions and fill *result (cancelled before the first step: nothing is touched); any other
+ * status leaves both as they were. */
+HEXOPT_API hexopt_status hexopt_optimize(hexopt_context* context, hexopt_mesh* mesh,
+                                         const hexopt_optimize_options* options,
+                                         hexopt_optimize_result* result);
+
+/** Validity and quality of a mesh. Counts are of cells. */
+typedef struct hexopt_quality {
+    size_t struct_size;
+    uint32_t version;
+    uint64_t concave8, concave32; /**< as in hexopt_optimize_result */
+    uint64_t valid, invalid,
+        undecided;          /**< of the trilinear map: proved, disproved, neither within rounding */
+    double min_sj, mean_sj; /**< scaled Jacobian */
+    uint64_t worst_cell;    /**< cell with min_sj */
+} hexopt_quality;
+
+#define HEXOPT_QUALITY_INIT                                                                                  \
+    { sizeof(hexopt_quality), HEXOPT_VERSION, 0, 0, 0, 0, 0, 0.0, 0.0, 0 }
+
+/** Measures a mesh; mesh->positions is only read. */
+HEXOPT_API hexopt_status hexopt_measure(hexopt_context* context, const hexopt_mesh* mesh,
+                                        hexopt_quality* quality);
 
 #ifdef __cplusplus
 }

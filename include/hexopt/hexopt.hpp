@@ -9,6 +9,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -27,12 +28,38 @@ class Failure : public std::runtime_error {
     hexopt_status status_;
 };
 
+/// A mesh in the caller's arrays, as hexopt_mesh describes; only positions are ever written to.
+struct Mesh {
+    std::span<double> positions;          ///< x, y, z of vertex 0, 1, ...
+    std::span<const std::uint32_t> cells; ///< 8 vertex numbers a cell, in VTK order
+
+    std::span<const std::uint32_t> hanging_vertex = {};
+    std::span<const std::uint64_t> hanging_offset = {}; ///< hanging_vertex.size() + 1; empty if none hangs
+    std::span<const std::uint32_t> hanging_master = {};
+    std::span<const double> hanging_weight = {};
+
+    std::span<const std::uint32_t> patch_quads = {}; ///< 4 vertex numbers a quad
+    std::span<const std::uint32_t> quad_patch = {};
+};
+
+/// Initialised to the defaults; the fields are described in hexopt.h.
+struct OptimizeOptions : hexopt_optimize_options {
+    OptimizeOptions() : hexopt_optimize_options(HEXOPT_OPTIMIZE_OPTIONS_INIT) {}
+};
+
+struct OptimizeResult : hexopt_optimize_result {
+    /// HEXOPT_OK, HEXOPT_NO_VALID_MESH, HEXOPT_BELOW_TARGET or HEXOPT_CANCELLED: in each of these positions
+    /// hold the best state reached.
+    hexopt_status status = HEXOPT_OK;
+    std::string message; ///< empty with HEXOPT_OK
+};
+
 struct Options {
     int threads = 0; ///< 0: all cores
     std::uint64_t seed = 1;
-    std::function<void(hexopt_log_level, std::string_view message)> log;
+    std::function<void(hexopt_log_level, std::string_view message)> log = nullptr;
     /// Return false to cancel. fraction: 0..1, never decreasing.
-    std::function<bool(std::string_view stage, double fraction, std::string_view detail)> progress;
+    std::function<bool(std::string_view stage, double fraction, std::string_view detail)> progress = nullptr;
 };
 
 /// Runs one call at a time; any number of optimizers may be used at once from different threads. What a
@@ -55,6 +82,24 @@ class Optimizer {
     /// Ends the call under way, and no other, at its next safe point. From any thread.
     void cancel() noexcept { hexopt_context_cancel(context_.get()); }
 
+    /// Moves mesh.positions; never worse than the input. Failure: the positions are as they were.
+    OptimizeResult optimize(const Mesh& mesh, const OptimizeOptions& options = {}) {
+        hexopt_mesh view = view_of(mesh);
+        OptimizeResult result;
+        static_cast<hexopt_optimize_result&>(result) = HEXOPT_OPTIMIZE_RESULT_INIT;
+        result.status = finish(hexopt_optimize(context_.get(), &view, &options, &result));
+        result.message = hexopt_context_message(context_.get());
+        return result;
+    }
+
+    /// Validity and quality; positions are only read.
+    hexopt_quality measure(const Mesh& mesh) {
+        const hexopt_mesh view = view_of(mesh);
+        hexopt_quality quality = HEXOPT_QUALITY_INIT;
+        finish(hexopt_measure(context_.get(), &view, &quality));
+        return quality;
+    }
+
   private:
     struct State {
         explicit State(Options o) : options(std::move(o)) {}
@@ -64,6 +109,45 @@ class Optimizer {
     struct Destroy {
         void operator()(hexopt_context* context) const { hexopt_context_destroy(context); }
     };
+
+    static hexopt_mesh view_of(const Mesh& mesh) {
+        const auto require = [](bool holds, const char* what) {
+            if (!holds) throw Failure(HEXOPT_USAGE, std::string("hexopt::Mesh: ") + what);
+        };
+        require(mesh.positions.size() % 3 == 0, "positions must have 3 entries a vertex");
+        require(mesh.cells.size() % 8 == 0, "cells must have 8 entries each");
+        require(mesh.hanging_offset.size() ==
+                    (mesh.hanging_vertex.empty() ? 0 : mesh.hanging_vertex.size() + 1),
+                "hanging_offset must have one entry more than hanging_vertex");
+        require(mesh.hanging_vertex.empty() || (mesh.hanging_master.size() == mesh.hanging_offset.back() &&
+                                                mesh.hanging_weight.size() == mesh.hanging_offset.back()),
+                "hanging_master and hanging_weight must end where hanging_offset does");
+        require(mesh.patch_quads.size() == 4 * mesh.quad_patch.size(),
+                "patch_quads must have 4 entries a quad");
+        hexopt_mesh view = HEXOPT_MESH_INIT;
+        view.vertex_count = mesh.positions.size() / 3;
+        view.positions = mesh.positions.data();
+        view.cell_count = mesh.cells.size() / 8;
+        view.cells = mesh.cells.data();
+        view.hanging_count = mesh.hanging_vertex.size();
+        view.hanging_vertex = mesh.hanging_vertex.data();
+        view.hanging_offset = mesh.hanging_offset.data();
+        view.hanging_master = mesh.hanging_master.data();
+        view.hanging_weight = mesh.hanging_weight.data();
+        view.patch_quad_count = mesh.quad_patch.size();
+        view.patch_quads = mesh.patch_quads.data();
+        view.quad_patch = mesh.quad_patch.data();
+        return view;
+    }
+
+    /// Throws what a callback threw, or a Failure where the call left no result.
+    hexopt_status finish(hexopt_status status) {
+        if (state_->thrown) std::rethrow_exception(std::exchange(state_->thrown, nullptr));
+        if (status == HEXOPT_OK || status == HEXOPT_NO_VALID_MESH || status == HEXOPT_BELOW_TARGET ||
+            status == HEXOPT_CANCELLED)
+            return status;
+        throw Failure(status, hexopt_context_message(context_.get()));
+    }
 
     static void on_log(void* user, hexopt_log_level level, const char* message) noexcept {
         State& state = *static_cast<State*>(user);

@@ -2,40 +2,90 @@
 
 Run by ctest; HEXOPT_GPU names the executable.
 """
+import json
 import os
+import resource
+import signal
 import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
 COMMAND = os.environ["HEXOPT_GPU"]
-OK, USAGE = 0, 2
+SANITIZED = os.environ.get("HEXOPT_SANITIZE", "") != ""
+OK, USAGE, BAD_INPUT, OUTPUT_FAILED, NO_VALID_MESH, MEMORY, CANCELLED, BELOW_TARGET = 0, 2, 3, 4, 5, 7, 8, 9
+
+# A unit cube whose bottom face is turned over: no vertex is free with a fixed boundary.
+INVERTED_CUBE = """# vtk DataFile Version 3.0
+inverted
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 8 double
+1 0 0  0 0 0  0 1 0  1 1 0  0 0 1  1 0 1  1 1 1  0 1 1
+CELLS 1 9
+8 0 1 2 3 4 5 6 7
+CELL_TYPES 1
+12
+"""
 
 
 def run(*arguments, **keywords):
     return subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, text=True, timeout=120, **keywords)
 
 
-class Usage(unittest.TestCase):
-    def assert_usage_error(self, result):
-        self.assertEqual(result.returncode, USAGE, result.stderr)
-        self.assertEqual(result.stdout, "")
-        self.assertTrue(result.stderr.startswith("error: "), result.stderr)
+class Command(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
 
+    def path(self, name):
+        return self.folder / name
+
+    def make(self, name="in.vtu", sample="grid", *options):
+        result = run("sample", sample, "-o", self.path(name), "--quiet", *options)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        return self.path(name)
+
+    def assert_error(self, result, code, *words):
+        self.assertEqual(result.returncode, code, result.stderr)
+        errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
+        self.assertEqual(len(errors), 1, result.stderr)
+        for word in words:
+            self.assertIn(word, errors[0])
+
+
+class Usage(Command):
     def test_no_arguments(self):
-        self.assert_usage_error(run())
+        self.assert_error(run(), USAGE)
 
     def test_unknown_command(self):
-        result = run("optimise")
-        self.assert_usage_error(result)
-        self.assertIn("optimise", result.stderr)
+        self.assert_error(run("optimise"), USAGE, "optimise")
 
     def test_unknown_option(self):
-        result = run("--frobnicate")
-        self.assert_usage_error(result)
-        self.assertIn("--frobnicate", result.stderr)
+        self.assert_error(run("--frobnicate"), USAGE, "--frobnicate")
+        self.assert_error(run("optimize", "a.vtu", "b.vtu", "--frobnicate"), USAGE, "--frobnicate")
+
+    def test_missing_argument(self):
+        self.assert_error(run("optimize", "a.vtu"), USAGE, "OUT")
+
+    def test_values_out_of_range(self):
+        for option, value in (("--boundary", "sticky"), ("--max-deviation-rel", "0.5"), ("--min-sj", "2"),
+                              ("--time", "-1"), ("--iterations", "0"), ("--threads", "-1"), ("--seed", "x"),
+                              ("--feature-angle", "181")):
+            with self.subTest(option=option):
+                self.assert_error(run("optimize", "a.vtu", "b.vtu", option, value), USAGE, option)
+
+    def test_unknown_sample(self):
+        self.assert_error(run("sample", "teapot", "-o", self.path("a.vtu")), USAGE, "teapot")
+
+    def test_unknown_output_format(self):
+        mesh = self.make()
+        self.assert_error(run("optimize", mesh, self.path("out.docx")), USAGE, "out.docx")
 
     def test_help_and_version(self):
-        for option in ("--help", "--version"):
-            result = run(option)
+        for arguments in (["--help"], ["--version"], ["optimize", "--help"], ["sample", "--help"]):
+            result = run(*arguments)
             self.assertEqual(result.returncode, OK)
             self.assertIn("hexopt-gpu", result.stdout)
             self.assertEqual(result.stderr, "")
@@ -43,7 +93,107 @@ class Usage(unittest.TestCase):
     def test_full_standard_output_is_reported(self):
         with open("/dev/full", "w") as full:
             result = subprocess.run([COMMAND, "--version"], stdout=full, stderr=subprocess.PIPE, text=True)
-        self.assertEqual(result.returncode, 4)
+        self.assert_error(result, OUTPUT_FAILED, "standard output")
+
+
+class Optimize(Command):
+    def test_valid_mesh_and_report(self):
+        mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)
+        result = run("optimize", mesh, self.path("out.vtk"), "--report", self.path("report.json"))
+        self.assertEqual(result.returncode, OK, result.stderr)
+        report = json.loads(self.path("report.json").read_text())
+        self.assertEqual(report["exit_code"], OK)
+        self.assertGreater(report["quality_before"]["validity"]["concave32"], 0)
+        checked = run("quality", self.path("out.vtk"), "--require-valid")
+        self.assertEqual(checked.returncode, OK, checked.stderr)
+
+    def test_same_input_same_bytes(self):
+        mesh = self.make("in.vtu", "octree-corner", "--tangled", 0.2)
+        for name, threads in (("a.vtu", 1), ("b.vtu", 2)):
+            self.assertEqual(run("optimize", mesh, self.path(name), "--threads", threads).returncode, OK)
+        self.assertEqual(self.path("a.vtu").read_bytes(), self.path("b.vtu").read_bytes())
+
+    def test_quiet_says_nothing(self):
+        result = run("optimize", self.make(), self.path("out.vtu"), "--quiet")
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (OK, "", ""))
+
+    def test_input_may_be_the_output(self):
+        mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)
+        self.assertEqual(run("optimize", mesh, mesh).returncode, OK)
+        self.assertEqual(run("quality", mesh, "--require-valid").returncode, OK)
+
+    def test_missing_and_damaged_input(self):
+        self.assert_error(run("optimize", self.path("none.vtu"), self.path("out.vtu")), BAD_INPUT, "none.vtu")
+        damaged = self.path("damaged.vtu")
+        damaged.write_bytes(self.make().read_bytes()[:600])
+        self.assert_error(run("optimize", damaged, self.path("out.vtu")), BAD_INPUT, "damaged.vtu")
+        self.assertFalse(self.path("out.vtu").exists())
+
+    def test_output_that_cannot_be_written(self):
+        mesh = self.make()
+        self.assert_error(run("optimize", mesh, self.path("no/such/out.vtu")), OUTPUT_FAILED, "no/such")
+        self.assert_error(run("optimize", mesh, self.path("out.vtu"), "--report", self.folder), OUTPUT_FAILED)
+
+    def test_full_disk_leaves_the_old_output(self):
+        mesh = self.make("in.vtu", "grid", "--size", 12, "--tangled", 0.2)
+        output = self.path("out.vtu")
+        output.write_text("old")
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+        result = run("optimize", mesh, output, preexec_fn=limit)
+        self.assert_error(result, OUTPUT_FAILED, "out.vtu")
+        self.assertEqual(output.read_text(), "old")
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["in.vtu", "out.vtu"])
+
+    def test_no_valid_mesh_is_written_and_said(self):
+        mesh = self.path("inverted.vtk")
+        mesh.write_text(INVERTED_CUBE)
+        result = run("optimize", mesh, self.path("out.vtk"), "--boundary", "fixed")
+        self.assert_error(result, NO_VALID_MESH, "1 of 1 cells", "cell 0")
+        self.assertTrue(self.path("out.vtk").exists())
+
+    def test_below_target(self):
+        mesh = self.make("in.vtu", "grid-warped", "--size", 6)
+        options = ["--boundary", "fixed", "--min-sj", 0.999]
+        self.assert_error(run("optimize", mesh, self.path("out.vtu"), *options), BELOW_TARGET, "0.999")
+        self.assertTrue(self.path("out.vtu").exists())
+
+    @unittest.skipIf(SANITIZED, "sanitizers need the address space")
+    def test_out_of_memory(self):
+        mesh = self.make("in.vtu", "grid", "--size", 60)
+        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (120 << 20, 120 << 20))
+        result = run("optimize", mesh, self.path("out.vtu"), "--threads", 1, preexec_fn=limit)
+        self.assert_error(result, MEMORY)
+        self.assertFalse(self.path("out.vtu").exists())
+
+
+class Interrupt(Command):
+    def interrupt(self, number, *options):
+        """Signals a run as soon as it optimizes; returns its exit code and stderr."""
+        mesh = self.make("in.vtu", "octree-warped", "--size", 10, "--tangled", 0.3)
+        self.path("out.vtu").write_text("old")
+        process = subprocess.Popen([COMMAND, "optimize", mesh, self.path("out.vtu"), *options],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        seen = ""
+        for line in process.stderr:
+            seen += line
+            if "untangle" in line:
+                process.send_signal(number)
+                break
+        seen += process.stderr.read()
+        process.stderr.close()
+        return process.wait(timeout=60), seen
+
+    def test_interrupt_leaves_the_old_output(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            code, stderr = self.interrupt(number)
+            self.assertEqual(code, CANCELLED, stderr)
+            self.assertEqual(self.path("out.vtu").read_text(), "old")
+            self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["in.vtu", "out.vtu"])
+
+    def test_interrupt_with_keep_best_writes(self):
+        code, stderr = self.interrupt(signal.SIGINT, "--keep-best")
+        self.assertEqual(code, CANCELLED, stderr)
+        self.assertEqual(run("quality", self.path("out.vtu")).returncode, OK)
 
 
 if __name__ == "__main__":

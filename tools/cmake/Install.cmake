@@ -6,6 +6,7 @@ include(CMakePackageConfigHelpers)
 # of no interest to a user of the archive.
 set(HEXOPT_STATIC_MAP
   "Threads::Threads|Threads|-pthread"
+  "dl||-ldl"
   "TBB::tbb|TBB|-ltbb"
   "fmt::fmt|fmt|-lfmt"
   "ZLIB::ZLIB|ZLIB|-lz"

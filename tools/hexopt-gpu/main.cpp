@@ -1,5 +1,6 @@
 #include "command.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -37,6 +38,7 @@ int run(CLI::App& app, cli::Session& session, int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
+    std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit is an error of that write, not the end
     cli::Session session;
     CLI::App app{"Hexahedral mesh optimizer on Vulkan and CPU", "hexopt-gpu"};
     app.set_version_flag("--version", "hexopt-gpu " HEXOPT_VERSION);

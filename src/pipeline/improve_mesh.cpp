@@ -1,0 +1,109 @@
+#include "pipeline/improve_mesh.hpp"
+
+#include "mesh/hanging.hpp"
+#include "mesh/recognise_hanging.hpp"
+
+#include <fmt/core.h>
+
+namespace hexopt {
+
+namespace {
+
+/// Finds hanging vertices that the mesh does not name, and puts all of them where their masters are.
+Result<std::size_t> settle_hanging(HexMesh& mesh, std::vector<std::string>& notes, Context& context) {
+    std::size_t found = 0;
+    if (mesh.hanging.empty()) {
+        Result<RecognisedHanging> recognised = recognise_hanging(mesh, {}, context.parallel());
+        if (!recognised) return recognised.error();
+        found = recognised->hanging.count();
+        if (recognised->conflict_count > 0)
+            notes.push_back(fmt::format("{} hanging vertices belong to two faces that put them in different "
+                                        "places; the first one decides.",
+                                        recognised->conflict_count));
+        if (found > 0) {
+            mesh.hanging = std::move(recognised->hanging);
+            ++mesh.revision;
+        }
+    }
+    const double deviation = max_hanging_deviation(mesh.hanging, mesh.positions);
+    if (deviation > 0) {
+        notes.push_back(fmt::format("Hanging vertices were up to {:.3g} away from their place and were put "
+                                    "there.",
+                                    deviation));
+        apply_hanging(mesh, context.parallel());
+    }
+    return found;
+}
+
+ErrorCode verdict_of(const QualityReport& after, const ImproveOptions& options) {
+    if (!after.validity.is_valid()) return ErrorCode::no_valid_mesh;
+    if (options.target_min_sj && after.validity.min_scaled_jacobian < *options.target_min_sj)
+        return ErrorCode::below_target;
+    return ErrorCode::ok;
+}
+
+Result<std::optional<BoundaryModel>> build_surface(const HexMesh& mesh, const Topology& topology,
+                                                   const ImproveOptions& options, Context& context) {
+    if (options.optimize.boundary == BoundaryMode::fixed) return std::optional<BoundaryModel>{};
+    Result<BoundaryModel> model = build_boundary_model(mesh, topology, options.features, context);
+    if (!model) return model.error();
+    return std::optional<BoundaryModel>(std::move(*model));
+}
+
+} // namespace
+
+Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options, StageClock& clock,
+                                    Context& context) {
+    if (mesh.cells.empty())
+        return make_error(ErrorCode::bad_input, "optimize", "", "the mesh has no hexahedra");
+    auto restore = [&mesh, positions = mesh.positions, hanging = mesh.hanging](const Error& error) {
+        mesh.positions = positions;
+        mesh.hanging = hanging;
+        ++mesh.revision;
+        return error;
+    };
+
+    ImproveOutcome outcome;
+    context.report("hanging vertices", 0);
+    auto settled = clock.run("hanging", [&] { return settle_hanging(mesh, outcome.notes, context); });
+    if (!settled) return restore(settled.error());
+    outcome.recognised_hanging = *settled;
+    const Topology topology =
+        clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
+
+    context.report("quality before", 0);
+    auto before = clock.run("quality_before", [&] { return compute_quality(mesh, topology, {}, context); });
+    if (!before) return restore(before.error());
+    outcome.before = std::move(*before);
+
+    context.report("surface", 0);
+    auto surface = clock.run("surface", [&] { return build_surface(mesh, topology, options, context); });
+    if (!surface) return restore(surface.error());
+
+    auto stats = clock.run("optimize", [&] {
+        const BoundaryModel* model = surface->has_value() ? &**surface : nullptr;
+        return optimize(mesh, topology, model, options.optimize, context);
+    });
+    const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
+    if (!stats && !cancelled) return restore(stats.error());
+
+    context.report("quality after", 1);
+    Context unhurried(context.parallel().threads(), context.seed()); // measures even after a cancel
+    auto after = clock.run("quality_after", [&] { return compute_quality(mesh, topology, {}, unhurried); });
+    if (!after) return restore(after.error());
+    outcome.after = std::move(*after);
+    if (surface->has_value()) {
+        auto deviation = clock.run(
+            "deviation", [&] { return measure_deviation(mesh, topology, **surface, {}, unhurried); });
+        if (!deviation) return restore(deviation.error());
+        outcome.deviation = *deviation;
+    }
+    outcome.verdict = cancelled ? ErrorCode::cancelled : verdict_of(outcome.after, options);
+    if (stats) {
+        outcome.notes.insert(outcome.notes.end(), stats->notes.begin(), stats->notes.end());
+        outcome.stats = std::move(*stats);
+    }
+    return outcome;
+}
+
+} // namespace hexopt

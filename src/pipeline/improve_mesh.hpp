@@ -1,0 +1,42 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/boundary_model.hpp"
+#include "domain/deviation.hpp"
+#include "mesh/hex_mesh.hpp"
+#include "pipeline/stage_clock.hpp"
+#include "quality/mesh_quality.hpp"
+#include "stages/optimize/optimize.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hexopt {
+
+struct ImproveOptions {
+    OptimizeOptions optimize;
+    BoundaryOptions features;            ///< how features of the boundary are recognised
+    std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
+};
+
+/// What became of a mesh.
+struct ImproveOutcome {
+    /// ok, no_valid_mesh, below_target or cancelled: in all of these the mesh is the best state reached.
+    ErrorCode verdict = ErrorCode::ok;
+    std::size_t recognised_hanging = 0; ///< hanging vertices found that the input did not name
+    QualityReport before, after;
+    std::optional<OptimizeStats> stats; ///< none where cancelled
+    std::optional<Deviation>
+        deviation;                  ///< of the final boundary from the surface; none with a fixed boundary
+    std::vector<std::string> notes; ///< what the user should know, one sentence each
+};
+
+/// The flow in memory: recognises hanging vertices, measures, optimizes and measures again. The mesh must be
+/// structurally valid. On an Error the positions are as they were. Errors: bad_input (no hexahedra, a surface
+/// that cannot be used), out_of_memory, device, cancelled before the optimizer began.
+Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options, StageClock& clock,
+                                    Context& context);
+
+} // namespace hexopt

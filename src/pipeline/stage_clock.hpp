@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hexopt {
+
+struct StageTime {
+    std::string stage;
+    double seconds;                  ///< wall clock
+    std::uint64_t peak_memory_bytes; ///< of the process, up to the end of the stage; 0 where unknown
+};
+
+/// Measures the stages of a run, one after another.
+class StageClock {
+  public:
+    /// Runs body() as the stage `name` and returns what it returns.
+    template <class Body>
+    auto run(std::string name, const Body& body) {
+        const auto start = std::chrono::steady_clock::now();
+        auto result = body();
+        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+        times_.push_back({std::move(name), elapsed.count(), peak_memory_bytes()});
+        return result;
+    }
+
+    const std::vector<StageTime>& times() const { return times_; }
+    double total_seconds() const;
+
+    /// Largest resident size of this process so far; 0 where the system does not tell.
+    static std::uint64_t peak_memory_bytes();
+
+  private:
+    std::vector<StageTime> times_;
+};
+
+} // namespace hexopt

@@ -1,0 +1,144 @@
+#include "command.hpp"
+#include "pipeline/optimize_pipeline.hpp"
+#include "quality/report_text.hpp"
+
+#include <fmt/core.h>
+
+#include <map>
+
+namespace hexopt::cli {
+
+namespace {
+
+struct Arguments {
+    OptimizeJob job;
+    double min_sj = 1;
+    CLI::Option* min_sj_option = nullptr;
+};
+
+template <class T>
+auto choice(const std::map<std::string, T>& names) {
+    return CLI::CheckedTransformer(names, CLI::ignore_case).description("");
+}
+
+void add_boundary_options(CLI::App& command, Arguments& arguments) {
+    OptimizeOptions& o = arguments.job.improve.optimize;
+    static const std::map<std::string, BoundaryMode> kModes = {{"fixed", BoundaryMode::fixed},
+                                                               {"slide", BoundaryMode::slide}};
+    command
+        .add_option("--boundary", o.boundary, "fixed | slide (default): along the surface and its features")
+        ->transform(choice(kModes))
+        ->type_name("MODE");
+    command
+        .add_option("--feature-angle", arguments.job.improve.features.feature_angle_deg,
+                    "Boundary edges sharper than this many degrees are features")
+        ->check(CLI::Range(0.0, 180.0))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--max-deviation-rel", o.max_deviation_rel,
+            "How far boundary vertices may leave the surface where cells need it, as a fraction of the "
+            "diagonal; 0: not at all")
+        ->check(CLI::Range(0.0, 0.1))
+        ->capture_default_str();
+}
+
+void add_termination_options(CLI::App& command, Arguments& arguments) {
+    OptimizeOptions& o = arguments.job.improve.optimize;
+    arguments.min_sj_option =
+        command
+            .add_option("--min-sj", arguments.min_sj,
+                        "Stop at this minimum scaled Jacobian; exit code 9 where it is not reached")
+            ->check(CLI::Range(-1.0, 1.0));
+    command.add_option("--time", o.time_limit_s, "Stop after this many seconds")->check(CLI::PositiveNumber);
+    command.add_option("--iterations", o.max_iterations, "Stop after this many steps and sweeps")
+        ->check(CLI::Range(1, 1000000));
+    command.add_flag("--keep-best", arguments.job.keep_best,
+                     "Interrupted: write the best mesh reached so far");
+}
+
+/// "cell 12 at (1, 2, 3)", the first few of those that are not valid.
+std::string describe_places(const QualityReport& quality) {
+    std::string places;
+    int listed = 0;
+    for (const ListedCell& cell : quality.worst) {
+        if (!cell.quality.validity.is_concave() && cell.quality.validity.validity == Validity::valid)
+            continue;
+        if (++listed > 3) return places + ", ...";
+        places += fmt::format("{}cell {} at ({:.6g}, {:.6g}, {:.6g})", places.empty() ? "" : ", ", cell.cell,
+                              cell.centre.x, cell.centre.y, cell.centre.z);
+    }
+    return places;
+}
+
+std::size_t count_unfit(const ValidityCounts& counts) {
+    return std::max(counts.concave_cells, counts.cells - counts.valid);
+}
+
+void report_verdict(const Arguments& arguments, const OptimizeJobResult& result, Session& session) {
+    const ImproveOutcome& outcome = result.outcome;
+    const ValidityCounts& after = outcome.after.validity;
+    const std::string output = arguments.job.output.string();
+    Error error{outcome.verdict, "optimize", output, {}};
+    switch (outcome.verdict) {
+    case ErrorCode::no_valid_mesh:
+        error.reasons = {fmt::format("written, but {} of {} cells are not valid: {}", count_unfit(after),
+                                     after.cells, describe_places(outcome.after))};
+        if (outcome.stats && !outcome.stats->infeasible_cells.empty())
+            error.reasons.push_back(
+                fmt::format("{} of them cannot become valid with this boundary; try --boundary slide, or a "
+                            "larger --max-deviation-rel",
+                            outcome.stats->infeasible_cells.size()));
+        break;
+    case ErrorCode::below_target:
+        error.reasons = {
+            fmt::format("valid, but the minimum scaled Jacobian is {:.4f}, below the target {:.4f}",
+                        after.min_scaled_jacobian, arguments.min_sj)};
+        break;
+    case ErrorCode::cancelled:
+        error.reasons = {
+            result.written.empty()
+                ? std::string("interrupted; nothing was written (--keep-best writes what was reached)")
+                : fmt::format("interrupted; the best mesh so far was written, with {} cells that are "
+                              "not valid",
+                              count_unfit(after))};
+        break;
+    default:
+        return;
+    }
+    session.fail(error);
+}
+
+void run_optimize(Arguments& arguments, Session& session) {
+    if (*arguments.min_sj_option) {
+        arguments.job.improve.optimize.min_sj = arguments.min_sj;
+        arguments.job.improve.target_min_sj = arguments.min_sj;
+    }
+    Result<OptimizeJobResult> result = run_optimize_job(arguments.job, session.context());
+    if (!result) return session.fail(result.error());
+    const ImproveOutcome& outcome = result->outcome;
+    for (const std::string& note : outcome.notes) session.say("note: " + note);
+    session.say("before: " + to_line(outcome.before.validity));
+    session.say("after:  " + to_line(outcome.after.validity));
+    double seconds = 0;
+    for (const StageTime& time : result->times) seconds += time.seconds;
+    for (const std::filesystem::path& path : result->written) session.say("wrote " + path.string());
+    session.say(fmt::format("{:.2f} s", seconds));
+    report_verdict(arguments, *result, session);
+}
+
+} // namespace
+
+void add_optimize(CLI::App& app, Session& session) {
+    auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand("optimize", "Untangle and improve a mesh");
+    command->add_option("IN", arguments->job.input, "Mesh: VTK, VTU, MEDIT or Gmsh")->required();
+    command->add_option("OUT", arguments->job.output, "Mesh to write: .vtu, .vtk or .mesh")->required();
+    add_boundary_options(*command, *arguments);
+    add_termination_options(*command, *arguments);
+    command->add_option("--report", arguments->job.report, "Writes the run as JSON")->type_name("FILE");
+    session.add_common_options(*command);
+    command->callback([arguments, &session] { run_optimize(*arguments, session); });
+}
+
+} // namespace hexopt::cli
