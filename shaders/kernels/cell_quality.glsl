@@ -1,9 +1,11 @@
 KERNEL_BODY(cell_quality) {
     HexEdges h = load_edges(points, cells, gid, inverse_length.at[gid]);
+    uint mask = tet_mask.at[gid];
     real sj = real(1);
     bool bad_corner = false;
     bool bad_tet = false;
     for (uint t = 0u; t < 32u; ++t) {
+        if ((mask >> t & 1u) == 0u) continue;
         uint a, b, c;
         tet_edges(t, a, b, c);
         real j = tet_jacobian(h.e[a], h.e[b], h.e[c]);

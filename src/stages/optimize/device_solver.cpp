@@ -149,9 +149,10 @@ Result<ObjectiveValue> DeviceSolver::evaluate(const Objective& objective) {
 }
 
 Result<DeviceQuality> DeviceSolver::measure() {
-    recorder_.dispatch(device_.precision, args::cell_quality{device_.points.ref(), device_.cells.ref(),
-                                                             device_.inverse_length.ref(), energy_.ref(),
-                                                             least_.ref(), third_.ref(), device_.cell_count});
+    recorder_.dispatch(device_.precision,
+                       args::cell_quality{device_.points.ref(), device_.cells.ref(),
+                                          device_.inverse_length.ref(), device_.tet_mask.ref(), energy_.ref(),
+                                          least_.ref(), third_.ref(), device_.cell_count});
     reduce(false, energy_.ref(), device_.cell_count, slot(kMinSj));
     reduce(true, energy_.ref(), device_.cell_count, slot(kSumSj));
     reduce(true, least_.ref(), device_.cell_count, slot(kBad8));
@@ -160,6 +161,11 @@ Result<DeviceQuality> DeviceSolver::measure() {
     auto numbers = device_.read_reals(status_, kSlots);
     if (!numbers) return numbers.error();
     return DeviceQuality{(*numbers)[kBad8], (*numbers)[kBad32], (*numbers)[kMinSj], (*numbers)[kSumSj]};
+}
+
+Result<std::vector<double>> DeviceSolver::measure_cells() {
+    if (auto quality = measure(); !quality) return quality.error();
+    return device_.read_reals(energy_, device_.cell_count);
 }
 
 Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega) {

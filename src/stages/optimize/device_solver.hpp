@@ -20,6 +20,8 @@ class DeviceSolver {
     Status update_lengths();
     Result<ObjectiveValue> evaluate(const Objective& objective);
     Result<DeviceQuality> measure();
+    /// Scaled Jacobian of each cell (least of its corners).
+    Result<std::vector<double>> measure_cells();
 
     /// `sweeps` passes of one Newton step a dof, colour after colour; over-relaxed by omega where that lowers
     /// a ball's energy.

@@ -29,9 +29,11 @@ Worst summarise(const std::vector<CellMeasure>& cells) {
     return worst;
 }
 
-/// Movable vertices of the seed cells and of `rings` rings of cells around them.
-std::vector<std::uint8_t> neighbourhood(const Movement& movement, std::span<const Index> seeds, int rings) {
-    const HexMesh& mesh = *movement.mesh;
+} // namespace
+
+std::vector<std::uint8_t> movable_neighbourhood(const HexMesh& mesh, const Topology& topology,
+                                                std::span<const std::uint8_t> movable,
+                                                std::span<const Index> seeds, int rings) {
     std::vector<std::uint8_t> cell_in(mesh.cell_count(), 0), vertex_in(mesh.vertex_count(), 0);
     std::vector<Index> front(seeds.begin(), seeds.end()), next;
     for (Index c : front) cell_in[c] = 1;
@@ -41,7 +43,7 @@ std::vector<std::uint8_t> neighbourhood(const Movement& movement, std::span<cons
             for (Index v : mesh.cells[c]) {
                 if (vertex_in[v]) continue;
                 vertex_in[v] = 1;
-                for (CellCorner corner : movement.topology->vertex_cell[v])
+                for (CellCorner corner : topology.vertex_cell[v])
                     if (!cell_in[corner.cell]) cell_in[corner.cell] = 1, next.push_back(corner.cell);
             }
         front.swap(next);
@@ -52,11 +54,9 @@ std::vector<std::uint8_t> neighbourhood(const Movement& movement, std::span<cons
             if (vertex_in[hanging.vertex[row]])
                 for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
                     vertex_in[hanging.master[k]] = 1;
-    for (std::size_t v = 0; v < vertex_in.size(); ++v) vertex_in[v] = vertex_in[v] && movement.movable[v];
+    for (std::size_t v = 0; v < vertex_in.size(); ++v) vertex_in[v] = vertex_in[v] && movable[v];
     return vertex_in;
 }
-
-} // namespace
 
 std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells) {
     std::vector<Index> opened;
@@ -124,7 +124,8 @@ class MaxMin {
             if (measure_[i].min_sj < theta + kMargin) seeds.push_back(cell_id_[i]);
         const std::vector<Index> opened = open_bands(movement_, seeds);
         for (Index v : opened) movement_.movable[v] = 1;
-        const auto moving = neighbourhood(movement_, seeds, kRings);
+        const auto moving =
+            movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable, seeds, kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving);
         if (problem.dof_count() == 0) return false;
         problem.update_lengths(positions_, budget_.parallel());

@@ -20,6 +20,12 @@ struct MaxMinResult {
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
 };
 
+/// Per vertex: 1 for the movable vertices of the seed cells and of `rings` rings of cells around them, and
+/// for movable masters of vertices that hang there.
+std::vector<std::uint8_t> movable_neighbourhood(const HexMesh& mesh, const Topology& topology,
+                                                std::span<const std::uint8_t> movable,
+                                                std::span<const Index> seeds, int rings);
+
 /// Lets the boundary vertices of the given cells, and of one ring around them, leave the surface by
 /// movement.band; corners among them become movable. Returns the vertices whose band was opened.
 std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells);

@@ -14,15 +14,14 @@ constexpr double kValidEps = 1e-12;
 constexpr int kMaxRounds = 24;
 constexpr int kMaxStalledRounds = 6;
 
-/// Garanzha's update: how far eps may fall so that the energy of the worst element still falls.
+} // namespace
+
 double garanzha_eps(double eps, double least, double energy_before, double energy_after) {
     const double sigma = std::max(1 - energy_after / energy_before, 0.1);
     const double mu = (1 - sigma) * (least + std::sqrt(least * least + eps * eps)) / 2;
     if (least < mu) return 2 * std::sqrt(mu * (mu - least));
     return 1e-9;
 }
-
-} // namespace
 
 int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<const std::uint8_t> on_boundary,
                    Budget& budget) {

@@ -10,6 +10,9 @@ namespace hexopt {
 int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<const std::uint8_t> on_boundary,
                    Budget& budget);
 
+/// Garanzha's update: how far eps may fall so that the energy of the worst element still falls. least: min J.
+double garanzha_eps(double eps, double least, double energy_before, double energy_after);
+
 struct UntangleResult {
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
     double eps = 0;          ///< regularisation that the last round would go on with
