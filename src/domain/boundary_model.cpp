@@ -198,16 +198,4 @@ double BoundaryModel::quad_deviation(std::span<const Point, 4> x, Index patch, I
     return largest;
 }
 
-TriangleSoup BoundaryModel::to_soup() const {
-    TriangleSoup soup;
-    for (Index t = 0; t < triangles_.size(); ++t) {
-        const auto base = static_cast<Index>(soup.vertices.size());
-        for (const Point& x : triangles_[t].corner) soup.vertices.push_back(x);
-        soup.triangles.push_back({base, base + 1, base + 2});
-        soup.patch.push_back(patch_of_triangle_[t]);
-    }
-    for (std::size_t p = 0; p < patches_.size(); ++p) soup.patch_names.push_back("patch" + std::to_string(p));
-    return soup;
-}
-
 } // namespace hexopt

@@ -94,6 +94,9 @@ class BoundaryModel {
 
     /// Diagonal of the surface's bounding box, model units: what "relative" distances refer to.
     double diagonal() const { return diagonal_; }
+    /// Quads are taken as triangles that follow their bilinear patches to within this, model units (5e-5 of
+    /// the diagonal; more only in quads that are warped beyond 64 pieces).
+    double quad_tolerance() const { return quad_tolerance_; }
 
     /// Binding of every vertex of the mesh that the model was built for.
     std::span<const Association> associations() const { return association_; }
@@ -138,8 +141,6 @@ class BoundaryModel {
     bool curve_closed(Index curve) const { return curves_[curve].closed; }
     /// Corners at the ends of a curve, kNoIndex for a closed one without a corner.
     std::array<Index, 2> curve_ends(Index curve) const { return curves_[curve].ends; }
-    /// The whole surface as triangles, one soup patch a patch of the model.
-    TriangleSoup to_soup() const;
 
   private:
     friend class BoundaryModelBuilder;
@@ -182,20 +183,25 @@ class BoundaryModel {
     std::vector<std::array<Index, 2>> feature_edges_;
     AssociationReport report_;
     double diagonal_ = 0;
+    double quad_tolerance_ = 0;
 };
 
-/// Centre of a quad: what its four triangles share.
+/// Centre of a quad's bilinear patch.
 inline Point quad_centre(const std::array<Point, 4>& x) { return 0.25 * ((x[0] + x[2]) + (x[1] + x[3])); }
 
-/// The mesh's own boundary as the surface: each quad is four triangles round its centre (the mean of its
-/// corners), which a bilinear patch differs from by at most 1/8 of the distance between the midpoints of the
-/// quad's diagonals. Features: edges by angle between the quads' normals, borders between patches of
-/// mesh.boundary, and edges that do not have exactly two quads. Corners: vertices without exactly two feature
-/// edges (and not without any), sharp turns, and vertices where the boundary touches itself.
-/// Errors: usage (an option out of range); bad_input where there is no boundary or a position is not finite;
-/// cancelled.
+/// The mesh's own boundary as the surface: each quad is its bilinear patch, as triangles that follow it to
+/// within quad_tolerance() (four round the quad's centre, more where it is warped). Features: edges by angle
+/// between the quads' normals, borders between patches of mesh.boundary, and edges that do not have exactly
+/// two quads. Corners: vertices without exactly two feature edges (and not without any), sharp turns, and
+/// vertices where the boundary touches itself. Errors: usage (an option out of range); bad_input where there
+/// is no boundary or a position is not finite; cancelled.
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
                                            const BoundaryOptions& options, Context& context);
+
+/// The boundary of a mesh as triangles, e.g. to write as the surface that a changed mesh is compared with: as
+/// close to the bilinear patches as the model's own, all quads in the same number of pieces, so that vertices
+/// on common edges are equal (but repeated) and nothing gapes. Patches: those of mesh.boundary.
+TriangleSoup boundary_soup(const HexMesh& mesh, const Topology& topology);
 
 /// A given surface, on which the mesh's boundary is to lie. Equal vertices are merged; triangles without area
 /// or given twice are dropped. Features as above, from the triangles' normals and soup.patch; open and

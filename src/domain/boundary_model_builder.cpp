@@ -47,7 +47,14 @@ class VertexNormals {
             for (int k = 0; k < 3; ++k) sum_[v[k]] += angle_at(x[k], x[(k + 1) % 3], x[(k + 2) % 3]) * normal;
         }
     }
-    Point operator[](Index v) const { return unit_or_zero(sum_[v]); }
+    Point operator[](Index v) const {
+        const std::size_t first_inside = parts_.vertices.size() - parts_.inside.size();
+        if (v < first_inside) return unit_or_zero(sum_[v]);
+        const BoundaryModelParts::Inside& inside = parts_.inside[v - first_inside];
+        Point blended(0);
+        for (int k = 0; k < 4; ++k) blended += inside.weight[k] * unit_or_zero(sum_[inside.corners[k]]);
+        return unit_or_zero(blended);
+    }
 
   private:
     const BoundaryModelParts& parts_;
@@ -150,10 +157,12 @@ BoundaryModel BoundaryModelBuilder::assemble(BoundaryModelParts parts) {
 }
 
 void BoundaryModelBuilder::bind(BoundaryModel& model, std::vector<Association> association,
-                                std::vector<std::array<Index, 2>> feature_edges, AssociationReport report) {
+                                std::vector<std::array<Index, 2>> feature_edges, AssociationReport report,
+                                double quad_tolerance) {
     model.association_ = std::move(association);
     model.feature_edges_ = std::move(feature_edges);
     model.report_ = std::move(report);
+    model.quad_tolerance_ = quad_tolerance;
 }
 
 void add_features(const FeatureGraph& graph, BoundaryModelParts& parts) {

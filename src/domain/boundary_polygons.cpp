@@ -112,7 +112,8 @@ class EdgeSplitter {
     const OpenEdges& open_;
 };
 
-/// Named patch of each quad, kNoIndex where mesh.boundary does not list it.
+} // namespace
+
 std::vector<Index> find_named_patches(const HexMesh& mesh, std::span<const Quad> quads) {
     auto key = [](Quad quad) {
         std::sort(quad.begin(), quad.end());
@@ -130,8 +131,6 @@ std::vector<Index> find_named_patches(const HexMesh& mesh, std::span<const Quad>
     }
     return patch;
 }
-
-} // namespace
 
 SurfacePolygons compute_boundary_polygons(const HexMesh& mesh, const Topology& topology) {
     std::vector<Quad> quads;

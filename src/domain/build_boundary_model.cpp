@@ -35,20 +35,6 @@ std::vector<Quad> boundary_quads(const HexMesh& mesh, const Topology& topology) 
     return quads;
 }
 
-void add_quad_fans(std::span<const Quad> quads, BoundaryModelParts& parts) {
-    parts.triangles.reserve(4 * quads.size());
-    for (Index q = 0; q < quads.size(); ++q) {
-        const Quad& quad = quads[q];
-        const auto centre = static_cast<Index>(parts.vertices.size());
-        const auto x = [&](int k) { return parts.vertices[quad[k]]; };
-        parts.vertices.push_back(quad_centre({x(0), x(1), x(2), x(3)}));
-        for (int k = 0; k < 4; ++k) {
-            parts.triangles.push_back({quad[k], quad[(k + 1) % 4], centre});
-            parts.source.push_back(q);
-        }
-    }
-}
-
 namespace {
 
 Status check_options(const BoundaryOptions& options) {
@@ -96,10 +82,12 @@ Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& 
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
     BoundaryModelParts parts;
     parts.vertices = mesh.positions;
-    add_quad_fans(boundary_quads(mesh, topology), parts);
+    const std::vector<Quad> quads = boundary_quads(mesh, topology);
+    const double tolerance = kQuadTolerance_rel * compute_diagonal(mesh.positions, quads);
+    add_quads(quads, tolerance, parts);
     add_features(graph, parts);
     BoundaryModel model = BoundaryModelBuilder::assemble(std::move(parts));
-    BoundaryModelBuilder::bind(model, associate_own(topology, graph), feature_edges(graph), {});
+    BoundaryModelBuilder::bind(model, associate_own(topology, graph), feature_edges(graph), {}, tolerance);
     return model;
 }
 
@@ -130,7 +118,7 @@ Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& 
     bound.report.open_edges = clean->open_edges;
     bound.report.nonmanifold_edges = clean->nonmanifold_edges;
     BoundaryModelBuilder::bind(model, std::move(bound.association), std::move(bound.feature_edges),
-                               std::move(bound.report));
+                               std::move(bound.report), kQuadTolerance_rel * model.diagonal());
     return model;
 }
 

@@ -235,10 +235,11 @@ std::vector<Piece<2>> pieces_of_segments(const BoundaryModel& model) {
 
 /// The mesh's boundary as one patch and its feature edges as a curve each.
 BoundaryModel build_distance_model(const HexMesh& mesh, std::span<const Quad> quads,
-                                   std::span<const std::array<Index, 2>> feature_edges) {
+                                   std::span<const std::array<Index, 2>> feature_edges, double tolerance,
+                                   double& bilinear_gap) {
     BoundaryModelParts parts;
     parts.vertices = mesh.positions;
-    add_quad_fans(quads, parts);
+    bilinear_gap = add_quads(quads, tolerance, parts);
     parts.patch.assign(parts.triangles.size(), 0);
     parts.patch_count = 1;
     for (const auto& edge : feature_edges) {
@@ -259,17 +260,6 @@ double largest_corner_distance(const HexMesh& mesh, const BoundaryModel& model) 
     return largest;
 }
 
-/// On the diagonals of a quad, a bilinear patch and the four triangles differ by an eighth of the distance of
-/// the diagonals' midpoints; nowhere by more.
-double largest_bilinear_gap(const HexMesh& mesh, std::span<const Quad> quads) {
-    double largest = 0;
-    for (const Quad& q : quads) {
-        const auto& x = mesh.positions;
-        largest = std::max(largest, glm::length(0.5 * ((x[q[0]] + x[q[2]]) - (x[q[1]] + x[q[3]]))) / 8);
-    }
-    return largest;
-}
-
 } // namespace
 
 Result<Deviation> measure_deviation(const HexMesh& mesh, const Topology& topology, const BoundaryModel& model,
@@ -277,8 +267,9 @@ Result<Deviation> measure_deviation(const HexMesh& mesh, const Topology& topolog
     assert(mesh.vertex_count() == model.associations().size());
     if (Status ok = check_boundary(mesh, topology); !ok) return ok.error();
     const std::vector<Quad> quads = boundary_quads(mesh, topology);
-    const BoundaryModel moved = build_distance_model(mesh, quads, model.feature_edges());
     Deviation result;
+    const BoundaryModel moved =
+        build_distance_model(mesh, quads, model.feature_edges(), model.quad_tolerance(), result.bilinear_gap);
     result.diagonal = model.diagonal();
     result.mesh_to_surface = measure_directed(measure_vertices(mesh, quads, model, context),
                                               pieces_of_triangles(moved, true), model, options, context);
@@ -288,7 +279,6 @@ Result<Deviation> measure_deviation(const HexMesh& mesh, const Topology& topolog
         result.curves_to_mesh = measure_directed({}, pieces_of_segments(model), moved, options, context);
     }
     result.largest_corner_distance = largest_corner_distance(mesh, model);
-    result.bilinear_gap = largest_bilinear_gap(mesh, quads);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "deviation", "", "cancelled");
     return result;
 }

@@ -25,15 +25,15 @@ struct DirectedDeviation {
     Index element = kNoIndex;
 };
 
-/// How far the boundary of a mesh and a surface are apart. Quads are four triangles round their centre, like
-/// the model's own (build_boundary_model), so a mesh deviates from its own boundary by exactly 0.
+/// How far the boundary of a mesh and a surface are apart. Quads are taken like the model's own
+/// (BoundaryModel::quad_tolerance), so a mesh deviates from its own boundary by exactly 0.
 struct Deviation {
     DirectedDeviation mesh_to_surface, surface_to_mesh;
     /// Between the mesh edges that follow the model's curves and those curves; 0 without features.
     DirectedDeviation mesh_to_curves, curves_to_mesh;
     double largest_corner_distance = 0; ///< of the vertices bound to corners, model units
-    /// Largest distance between the four triangles of a quad and its bilinear patch, model units: a judge
-    /// that takes quads as bilinear may differ by that much.
+    /// Largest distance between a quad's bilinear patch and the triangles that it was measured as, model
+    /// units.
     double bilinear_gap = 0;
     double diagonal = 0; ///< of the surface
 

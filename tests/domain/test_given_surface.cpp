@@ -10,12 +10,7 @@ using namespace hexopt;
 
 namespace {
 
-BoundaryModel own_model(const HexMesh& mesh) {
-    Context context(1);
-    Result<BoundaryModel> model = build_boundary_model(mesh, compute_topology(mesh), {}, context);
-    if (!model) FAIL(model.error().one_line());
-    return std::move(*model);
-}
+TriangleSoup soup_of(const HexMesh& mesh) { return boundary_soup(mesh, compute_topology(mesh)); }
 
 BoundaryModel fit(const HexMesh& mesh, const TriangleSoup& surface, const BoundaryOptions& options = {}) {
     Context context(1);
@@ -51,7 +46,7 @@ std::size_t count(const BoundaryModel& model, EntityKind kind) {
 TEST_CASE("a cube's vertices are bound to the corners, edges and faces of the same cube given as triangles") {
     const int n = 5;
     HexMesh mesh = test::cube(n);
-    const TriangleSoup surface = own_model(test::cube(3)).to_soup(); // other triangles, the same cube
+    const TriangleSoup surface = soup_of(test::cube(3)); // other triangles, the same cube
     const BoundaryModel model = fit(mesh, surface);
     CHECK(model.patch_count() == 6);
     CHECK(count(model, EntityKind::corner) == 8);
@@ -90,7 +85,7 @@ TEST_CASE("a cube's vertices are bound to the corners, edges and faces of the sa
 TEST_CASE("a coarse cylinder follows the two circles of a fine one") {
     const int n = 8;
     const HexMesh mesh = test::cylinder(n);
-    const BoundaryModel model = fit(mesh, own_model(test::cylinder(4 * n)).to_soup());
+    const BoundaryModel model = fit(mesh, soup_of(test::cylinder(4 * n)));
     CHECK(model.curve_count() == 2);
     CHECK(model.feature_edges().size() == 2 * 4 * n);
     CHECK(count(model, EntityKind::curve) == 2 * 4 * n);
@@ -108,7 +103,7 @@ TEST_CASE("a coarse cylinder follows the two circles of a fine one") {
 }
 
 TEST_CASE("a border between coplanar named patches is a curve for the vertices that lie on it") {
-    TriangleSoup surface = own_model(test::cube(4)).to_soup();
+    TriangleSoup surface = soup_of(test::cube(4));
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
         double x = 0;
         for (Index v : surface.triangles[t]) x += surface.vertices[v].x / 3;
@@ -127,7 +122,7 @@ TEST_CASE("a border between coplanar named patches is a curve for the vertices t
 
 TEST_CASE("triangles turned over, repeated or without area change nothing") {
     const HexMesh mesh = test::cylinder(6);
-    TriangleSoup surface = own_model(test::cylinder(12)).to_soup();
+    TriangleSoup surface = soup_of(test::cylinder(12));
     const BoundaryModel expected = fit(mesh, surface);
     std::mt19937 random(1);
     for (auto& t : surface.triangles)
@@ -150,7 +145,7 @@ TEST_CASE("triangles turned over, repeated or without area change nothing") {
 }
 
 TEST_CASE("an open surface has features along its rim, and says so") {
-    TriangleSoup surface = own_model(test::cube(3)).to_soup();
+    TriangleSoup surface = soup_of(test::cube(3));
     std::vector<std::array<Index, 3>> kept;
     for (const auto& t : surface.triangles) {
         double z = 0;
@@ -169,7 +164,7 @@ TEST_CASE("a refined mesh with hanging vertices follows a given cube") {
     Context context(1);
     Result<HexMesh> mesh = make_sample("octree-corner", {}, context);
     REQUIRE(mesh);
-    const BoundaryModel model = fit(*mesh, own_model(test::cube(3)).to_soup());
+    const BoundaryModel model = fit(*mesh, soup_of(test::cube(3)));
     CHECK(model.association_report().unmatched_curves == 0);
     const Deviation d = measure(*mesh, model);
     CHECK(d.largest() < 1e-15);
