@@ -1,9 +1,8 @@
 #include "mesh/colouring.hpp"
 
-#include "core/random.hpp"
 #include "mesh/hanging.hpp"
-#include "mesh/renumber.hpp"
 #include "mesh_oracles.hpp"
+#include "random_remap.hpp"
 
 #include <set>
 
@@ -85,12 +84,7 @@ TEST_CASE("colourings of grids and octrees are valid and small") {
 TEST_CASE("colourings of meshes in random numbering are valid") {
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
         const HexMesh ordered = sample(seed % 2 ? "octree-halved" : "grid", {.size = 4});
-        Random random(seed);
-        Remap remap = identity_remap(ordered);
-        for (auto* order : {&remap.vertex_old2new, &remap.cell_old2new})
-            for (std::size_t i = order->size(); i-- > 1;)
-                std::swap((*order)[i], (*order)[random.below(i + 1)]);
-        const HexMesh mesh = apply_remap(ordered, remap);
+        const HexMesh mesh = apply_remap(ordered, random_remap(ordered, seed));
         const Topology topology = compute_topology(mesh);
         const Stencils stencils = compute_stencils(mesh, topology);
         const Colouring colouring = compute_colouring(mesh, topology, stencils);

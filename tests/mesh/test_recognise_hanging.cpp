@@ -1,7 +1,9 @@
 #include "mesh/recognise_hanging.hpp"
 
 #include "core/random.hpp"
+#include "mesh/hanging.hpp"
 #include "mesh_oracles.hpp"
+#include "random_remap.hpp"
 
 #include <glm/vec3.hpp>
 
@@ -44,6 +46,25 @@ TEST_CASE("recognise_hanging finds exactly the constraints that octrees were mad
                 CHECK(found.conflict_count == 0);
                 CHECK(found.max_deviation < 1e-14);
             }
+}
+
+TEST_CASE("recognise_hanging does not depend on numbering, orientation of cells or the boundary's shape") {
+    for (const std::string& name : kOctrees)
+        for (std::uint64_t seed = 0; seed < 6; ++seed) {
+            CAPTURE(name, seed);
+            const HexMesh ordered = sample(name, {.size = 4, .scrambled = seed % 2 == 0}, seed);
+            HexMesh mesh = apply_remap(ordered, random_remap(ordered, seed));
+            turn_cells(mesh, seed);
+            Random random(seed);
+            for (Point& p : mesh.positions)
+                p += Point(random.uniform(), random.uniform(), random.uniform()) * 0.05;
+            apply_hanging(mesh, Parallel(1));
+            const RecognisedHanging found = recognise(mesh);
+            require_same(found.hanging, mesh.hanging);
+            CHECK(found.conflict_count == 0);
+            CHECK(compute_topology(mesh).boundary_faces.size() ==
+                  compute_topology(ordered).boundary_faces.size());
+        }
 }
 
 TEST_CASE("recognise_hanging survives single precision and vertices off the middle") {

@@ -1,20 +1,12 @@
-#include "core/random.hpp"
 #include "mesh/hanging.hpp"
 #include "mesh/renumber.hpp"
 #include "mesh_oracles.hpp"
+#include "random_remap.hpp"
 
 using namespace hexopt;
 using namespace hexopt::test;
 
 namespace {
-
-Remap random_remap(const HexMesh& mesh, std::uint64_t seed) {
-    Random random(seed);
-    Remap remap = identity_remap(mesh);
-    for (auto* order : {&remap.vertex_old2new, &remap.cell_old2new})
-        for (std::size_t i = order->size(); i-- > 1;) std::swap((*order)[i], (*order)[random.below(i + 1)]);
-    return remap;
-}
 
 HexMesh with_patches(HexMesh mesh) {
     mesh.patch_names = {"low", "high"};

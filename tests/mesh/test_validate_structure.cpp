@@ -1,5 +1,8 @@
 #include "mesh/validate_structure.hpp"
 
+#include "core/random.hpp"
+#include "mesh/colouring.hpp"
+#include "mesh/recognise_hanging.hpp"
 #include "mesh_oracles.hpp"
 
 #include <limits>
@@ -149,4 +152,49 @@ TEST_CASE("validate_structure finds wrong levels and boundary quads, and an erro
     CHECK(odd.kind == ViolationKind::boundary_not_a_face);
     CHECK(odd.count == 2);
     CHECK(odd.is_notice);
+}
+
+TEST_CASE("validate_structure survives random damage, and what it passes can be used") {
+    std::size_t sound = 0;
+    for (std::uint64_t seed = 0; seed < 400; ++seed) {
+        Random random(seed);
+        HexMesh mesh = random.below(2) ? sample("octree-halved", {.size = 2}) : sample("grid", {.size = 2});
+        const auto any = [&](auto& list) -> auto& { return list[random.below(list.size())]; };
+        const auto any_id = [&] {
+            return static_cast<Index>(random.below(4) ? random.below(mesh.vertex_count()) : random.next());
+        };
+        for (std::uint64_t damage = random.below(4); damage-- > 0;) switch (random.below(8)) {
+            case 0:
+                any(mesh.cells)[random.below(8)] = any_id();
+                break;
+            case 1:
+                mesh.cells.push_back(any(mesh.cells));
+                break;
+            case 2:
+                mesh.positions.pop_back();
+                break;
+            case 3:
+                mesh.hanging.offset.push_back(random.below(100));
+                break;
+            case 4:
+                mesh.boundary.push_back({{any_id(), any_id(), any_id(), any_id()}, any_id()});
+                break;
+            case 5:
+                if (!mesh.hanging.empty()) any(mesh.hanging.master) = any_id();
+                break;
+            case 6:
+                if (!mesh.hanging.empty()) any(mesh.hanging.vertex) = any_id();
+                break;
+            case 7:
+                any(mesh.positions).x = std::numeric_limits<double>::infinity();
+                break;
+            }
+        if (!require_structure(mesh, "test", Parallel(1))) continue;
+        ++sound;
+        const Topology topology = compute_topology(mesh);
+        CHECK(compute_colouring(mesh, topology, compute_stencils(mesh, topology)).count() >= 8);
+        CHECK(recognise_hanging(mesh, {}, Parallel(1)));
+    }
+    CHECK(sound > 50);
+    CHECK(sound < 350);
 }
