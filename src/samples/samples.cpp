@@ -126,7 +126,7 @@ struct Sample {
     Maker make;
 };
 
-constexpr std::array<Sample, 10> kSamples = {{
+constexpr std::array<Sample, 11> kSamples = {{
     {{"grid", "structured grid on the unit cube", 16, 0}, make_unit_grid},
     {{"grid-graded", "structured grid on a box, sizes growing along each axis", 16, 0}, make_graded_grid},
     {{"grid-warped", "structured grid, smoothly warped", 16, 0}, make_warped_grid},
@@ -138,6 +138,7 @@ constexpr std::array<Sample, 10> kSamples = {{
     {{"octree-trimmed", "octree cells inside a sphere", 6, 2}, make_octree_trimmed},
     {{"octree-halved", "warped octree with cells cut in two along x: chains of hanging vertices", 6, 2},
      make_octree_halved},
+    {{"large", "warped grid of a million cells (size 160: four million)", 100, 0}, make_warped_grid},
 }};
 
 Error usage_error(std::string reason) {

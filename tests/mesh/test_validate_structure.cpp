@@ -37,8 +37,9 @@ const HexMesh& octree() {
 TEST_CASE("samples are structurally valid") {
     for (const std::string& name : sample_names()) {
         CAPTURE(name);
-        CHECK(check(sample(name)).empty());
-        CHECK(require_structure(sample(name), "test", Parallel(1)));
+        const HexMesh mesh = sample(name, {.size = name == "large" ? 20u : 0u});
+        CHECK(check(mesh).empty());
+        CHECK(require_structure(mesh, "test", Parallel(1)));
     }
     CHECK(check(HexMesh{}).empty());
 }
