@@ -10,6 +10,16 @@ namespace {
 constexpr double kPenaltyWeight = 100;
 constexpr double kMargin = 0.02;
 constexpr int kRings = 3;
+constexpr double kWorthwhile = 2e-3; ///< rise of the minimum for which a strategy is kept
+
+/// How far to raise the threshold above the minimum, and how much the shape of all cells counts meanwhile.
+/// One is used while it helps, then the next; the stage ends when all fail in a row.
+struct Strategy {
+    double rise, shape_weight;
+};
+constexpr Strategy kStrategies[] = {{0.05, 1e-3}, {0.05, 1e-4}, {0.02, 1e-4},
+                                    {0.02, 1e-3}, {0.01, 1e-5}, {0.005, 1e-4}};
+constexpr int kMaxNarrowings = 8;
 
 struct Worst {
     double min_sj = 2;
@@ -65,7 +75,7 @@ std::vector<Index> open_bands(const Movement& movement, std::span<const Index> c
     const auto open = [&](Index v) {
         if (bound[v].kind == EntityKind::interior || bound[v].kind == EntityKind::hanging) return;
         if (movement.limits->band[v] > 0) return;
-        movement.limits->band[v] = static_cast<float>(movement.band);
+        movement.limits->band[v] = static_cast<float>(movement.band) * movement.limits->band_share[v];
         opened.push_back(v);
     };
     for (Index c : cells)
@@ -83,9 +93,8 @@ class MaxMin {
         : movement_(movement), positions_(positions), eps_(eps), budget_(budget) {
         Problem whole(*movement.mesh, *movement.topology, movement.movable);
         whole.update_lengths(positions, budget.parallel());
-        Newton newton(whole, positions, nullptr, budget);
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
-        measure_ = newton.measure();
+        measure_ = measure_cells(whole, positions, budget.parallel());
         place_.assign(movement.mesh->cell_count(), kNoIndex);
         for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
     }
@@ -93,26 +102,25 @@ class MaxMin {
     MaxMinResult run(double target) {
         MaxMinResult result;
         result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
-        double rise = 0.05, shape_weight = 1e-3;
-        int failures = 0;
-        while (failures < 6 && result.min_sj_after < target && !budget_.exhausted()) {
+        int tries_in_vain = 0;
+        std::size_t strategy = 0;
+        while (tries_in_vain < static_cast<int>(std::size(kStrategies)) && result.min_sj_after < target &&
+               !budget_.exhausted()) {
             ++result.rounds;
             const double before = result.min_sj_after;
-            if (attempt(before + rise, shape_weight, result)) {
+            const Strategy& how = kStrategies[strategy];
+            if (attempt(before + how.rise, how.shape_weight, result))
                 result.min_sj_after = summarise(measure_).min_sj;
-                if (result.min_sj_after - before > 0.2 * rise)
-                    failures = 0;
-                else
-                    ++failures, rise = std::max(0.5 * rise, 0.005);
-            } else {
-                ++failures;
-                shape_weight = std::max(1e-5, shape_weight * 0.1);
-                rise *= 0.5;
-            }
             budget_.context().log(
                 LogLevel::debug,
-                fmt::format("max-min {}: min SJ {:.4f} -> {:.4f}, next rise {:.4f}, weight {:.0e}",
-                            result.rounds, before, result.min_sj_after, rise, shape_weight));
+                fmt::format("max-min {}: min SJ {:.4f} -> {:.4f} with rise {}, weight {:.0e}", result.rounds,
+                            before, result.min_sj_after, how.rise, how.shape_weight));
+            if (result.min_sj_after - before > kWorthwhile) {
+                tries_in_vain = 0;
+                continue;
+            }
+            ++tries_in_vain;
+            strategy = (strategy + 1) % std::size(kStrategies);
         }
         return result;
     }
@@ -127,25 +135,23 @@ class MaxMin {
         const auto moving =
             movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable, seeds, kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving);
-        if (problem.dof_count() == 0) return false;
         problem.update_lengths(positions_, budget_.parallel());
-        std::optional<SurfaceMotion> motion;
-        if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
         saved_.assign(problem.dof_count(), Point(0));
         for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];
 
-        Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
-        NewtonOptions options;
-        options.max_steps = 15;
-        const Worst before = summarise(newton.measure());
-        const NewtonResult step =
-            newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
-        result.newton_steps += step.steps;
-        result.cg_iterations += step.cg_iterations;
-        const auto after = newton.measure();
-        if (summarise(after).is_better_than(before)) {
-            for (std::size_t i = 0; i < after.size(); ++i) measure_[place_[problem.cell_id()[i]]] = after[i];
-            return true;
+        const Worst before = measure_neighbourhood(problem, nullptr);
+        for (int narrowing = 0; narrowing < kMaxNarrowings && problem.dof_count() > 0; ++narrowing) {
+            minimise_penalty(problem, theta, shape_weight, result);
+            const std::vector<Index> violators = find_violators(problem);
+            if (violators.empty()) {
+                std::vector<CellMeasure> after;
+                if (!measure_neighbourhood(problem, &after).is_better_than(before)) break;
+                for (std::size_t i = 0; i < after.size(); ++i)
+                    measure_[place_[problem.cell_id()[i]]] = after[i];
+                return true;
+            }
+            movement_.guard->tighten(positions_, violators, *movement_.limits);
+            pull_back(problem, violators);
         }
         for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
         problem.apply_hanging(positions_);
@@ -154,6 +160,39 @@ class MaxMin {
             movement_.movable[v] = movement_.surface->associations()[v].kind != EntityKind::corner;
         }
         return false;
+    }
+
+    std::vector<Index> find_violators(const Problem& problem) const {
+        if (!movement_.guard) return {};
+        return movement_.guard->violators(positions_, problem.dof_vertex(), movement_.deviation,
+                                          budget_.parallel());
+    }
+
+    /// Moves violators back within their narrowed limits.
+    void pull_back(const Problem& problem, std::span<const Index> violators) {
+        const SurfaceMotion motion(problem, *movement_.surface, *movement_.limits);
+        for (Index v : violators)
+            if (const Index dof = problem.vertex_dof(v); dof != kNoIndex)
+                positions_[v] = motion.place(dof, saved_[dof], positions_[v]);
+        problem.apply_hanging(positions_);
+    }
+
+    Worst measure_neighbourhood(Problem& problem, std::vector<CellMeasure>* cells) {
+        const auto measure = measure_cells(problem, positions_, budget_.parallel());
+        if (cells) *cells = measure;
+        return summarise(measure);
+    }
+
+    void minimise_penalty(Problem& problem, double theta, double shape_weight, MaxMinResult& result) {
+        std::optional<SurfaceMotion> motion;
+        if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
+        Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
+        NewtonOptions options;
+        options.max_steps = 15;
+        const NewtonResult step =
+            newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
+        result.newton_steps += step.steps;
+        result.cg_iterations += step.cg_iterations;
     }
 
     Movement& movement_;

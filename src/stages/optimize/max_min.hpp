@@ -1,7 +1,7 @@
 #pragma once
 
+#include "stages/optimize/deviation_guard.hpp"
 #include "stages/optimize/newton.hpp"
-#include "stages/optimize/surface_motion.hpp"
 
 namespace hexopt {
 
@@ -12,6 +12,8 @@ struct Movement {
     std::vector<std::uint8_t> movable;      ///< per vertex
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
+    const DeviationGuard* guard = nullptr;  ///< with surface
+    double deviation = 0;                   ///< largest admissible deviation of boundary quads, model units
     double band = 0; ///< how far needy boundary vertices may leave the surface, model units
 };
 

@@ -8,28 +8,30 @@ namespace hexopt {
 namespace {
 
 constexpr std::size_t kEnergyChunk = 256;
-constexpr int kMaxHalvings = 20;
+constexpr int kMaxHalvings = 8;
+constexpr int kMaxPinnings = 4;
+constexpr double kClampedFraction = 0.1;
 constexpr double kArmijo = 1e-4;
+
+HexGroup group_of(const Problem& problem, const Objective& objective, std::span<const Point> positions,
+                  std::size_t begin, std::size_t end) {
+    return {positions.data(),
+            &problem.cells()[begin],
+            &problem.inverse_length()[3 * begin],
+            &problem.weight()[begin],
+            &problem.tet_mask()[begin],
+            static_cast<int>(end - begin),
+            objective.eps,
+            objective.shape_weight,
+            objective.penalty_weight,
+            objective.theta};
+}
 
 } // namespace
 
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
       gradient_(problem.dof_count()), step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {
-}
-
-HexGroup Newton::group(const Objective& objective, std::span<const Point> positions, std::size_t begin,
-                       std::size_t end) const {
-    return {positions.data(),
-            &problem_.cells()[begin],
-            &problem_.inverse_length()[3 * begin],
-            &problem_.weight()[begin],
-            &problem_.tet_mask()[begin],
-            static_cast<int>(end - begin),
-            objective.eps,
-            objective.shape_weight,
-            objective.penalty_weight,
-            objective.theta};
 }
 
 namespace {
@@ -56,7 +58,7 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
             ObjectiveValue sum = kNothing;
             HexValue value;
             for (std::size_t c = begin; c < end; c += kGroup) {
-                const HexGroup g = group(objective, positions, c, std::min(end, c + kGroup));
+                const HexGroup g = group_of(problem_, objective, positions, c, std::min(end, c + kGroup));
                 hex_kernels().value(g, value);
                 accumulate(value, g.count, sum);
             }
@@ -65,12 +67,13 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
         combine);
 }
 
-std::vector<CellMeasure> Newton::measure() const {
-    std::vector<CellMeasure> result(problem_.cell_count());
-    budget_.parallel().for_chunks(result.size(), kEnergyChunk, [&](std::size_t begin, std::size_t end) {
+std::vector<CellMeasure> measure_cells(const Problem& problem, std::span<const Point> positions,
+                                       const Parallel& parallel) {
+    std::vector<CellMeasure> result(problem.cell_count());
+    parallel.for_chunks(result.size(), kEnergyChunk, [&](std::size_t begin, std::size_t end) {
         HexMeasure lanes;
         for (std::size_t c = begin; c < end; c += kGroup) {
-            const HexGroup g = group({}, positions_, c, std::min(end, c + kGroup));
+            const HexGroup g = group_of(problem, {}, positions, c, std::min(end, c + kGroup));
             hex_kernels().measure(g, lanes);
             for (int i = 0; i < g.count; ++i)
                 result[c + static_cast<std::size_t>(i)] = {
@@ -87,7 +90,7 @@ ObjectiveValue Newton::compute_gradient(const Objective& objective) {
         HexGradient cell;
         ObjectiveValue& sum = partial[begin / kEnergyChunk];
         for (std::size_t c = begin; c < end; c += kGroup) {
-            const HexGroup g = group(objective, positions_, c, std::min(end, c + kGroup));
+            const HexGroup g = group_of(problem_, objective, positions_, c, std::min(end, c + kGroup));
             hex_kernels().gradient(g, cell);
             accumulate(cell.value, g.count, sum);
             for (int i = 0; i < g.count; ++i)
@@ -109,7 +112,7 @@ void Newton::assemble(const Objective& objective) {
     problem_.schedule().run(budget_.parallel(), [&](std::size_t begin, std::size_t end) {
         HexHessian cell;
         for (std::size_t c = begin; c < end; c += kGroup) {
-            const HexGroup g = group(objective, positions_, c, std::min(end, c + kGroup));
+            const HexGroup g = group_of(problem_, objective, positions_, c, std::min(end, c + kGroup));
             hex_kernels().hessian(g, cell);
             for (int i = 0; i < g.count; ++i)
                 matrix_.add_cell(c + static_cast<std::size_t>(i), &cell.block[0][i], kGroup);
@@ -138,6 +141,40 @@ bool Newton::search_line(const Objective& objective, double slope, ObjectiveValu
     return false;
 }
 
+/// Takes the freedom of dofs whose full step ran into the end of their range; false if there is none.
+bool Newton::pin_clamped() {
+    if (!motion_) return false;
+    bool pinned = false;
+    const auto dofs = problem_.dof_vertex();
+    for (std::size_t d = 0; d < dofs.size(); ++d) {
+        const double length = glm::length(step_[d]);
+        if (length == 0 || freedom_[d].kind == Freedom::none) continue;
+        const Point from = positions_[dofs[d]], wanted = from + step_[d];
+        if (glm::distance(motion_->place(static_cast<Index>(d), from, wanted), wanted) <
+            kClampedFraction * length)
+            continue;
+        freedom_[d] = {Freedom::none, Point(0)};
+        pinned = true;
+    }
+    return pinned;
+}
+
+/// One Newton step. Where vertices at the end of their range spoil it, they are held and the rest solved
+/// again.
+bool Newton::step_down(const Objective& objective, const NewtonOptions& options, ObjectiveValue& value,
+                       int& cg_iterations) {
+    for (int attempt = 0; attempt < kMaxPinnings; ++attempt) {
+        const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
+                                     options.cg_max_iterations, budget_.parallel());
+        cg_iterations += cg.iterations;
+        double slope = 0;
+        for (std::size_t d = 0; d < step_.size(); ++d) slope -= glm::dot(gradient_[d], step_[d]);
+        if (slope < 0 && search_line(objective, slope, value)) return true;
+        if (!pin_clamped()) return false;
+    }
+    return false;
+}
+
 NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& options) {
     NewtonResult result;
     if (problem_.dof_count() == 0) {
@@ -150,13 +187,8 @@ NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& o
         for (Point& g : gradient_) g = -g;
         if (motion_) motion_->freedoms(positions_, gradient_, freedom_);
         assemble(objective);
-        const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
-                                     options.cg_max_iterations, budget_.parallel());
-        result.cg_iterations += cg.iterations;
-        double slope = 0;
-        for (std::size_t d = 0; d < step_.size(); ++d) slope -= glm::dot(gradient_[d], step_[d]);
         const double before = value.energy;
-        if (!(slope < 0) || !search_line(objective, slope, value)) {
+        if (!step_down(objective, options, value, result.cg_iterations)) {
             result.stalled = true;
             break;
         }

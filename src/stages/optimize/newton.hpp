@@ -38,6 +38,10 @@ struct NewtonResult {
     bool stalled = false; ///< the line search found no decrease
 };
 
+/// Measures the problem's cells, counted tetrahedra only; entry i belongs to problem.cell_id()[i].
+std::vector<CellMeasure> measure_cells(const Problem& problem, std::span<const Point> positions,
+                                       const Parallel& parallel);
+
 /// Newton's method with a semidefinite Hessian model, conjugate gradients and Armijo backtracking over all
 /// dofs of a problem at once. Keeps the mesh's positions up to date; hanging vertices follow their masters.
 class Newton {
@@ -48,20 +52,18 @@ class Newton {
     ObjectiveValue evaluate(const Objective& objective) const { return evaluate_at(objective, positions_); }
     NewtonResult minimise(const Objective& objective, const NewtonOptions& options);
 
-    /// Measures the problem's cells, counted tetrahedra only; measure[i] belongs to problem().cell_id()[i].
-    std::vector<CellMeasure> measure() const;
-
     Problem& problem() { return problem_; }
     std::vector<Point>& positions() { return positions_; }
     BlockMatrix& matrix() { return matrix_; }
 
   private:
-    HexGroup group(const Objective& objective, std::span<const Point> positions, std::size_t begin,
-                   std::size_t end) const;
     ObjectiveValue evaluate_at(const Objective& objective, std::span<const Point> positions) const;
     ObjectiveValue compute_gradient(const Objective& objective);
     void assemble(const Objective& objective);
+    bool step_down(const Objective& objective, const NewtonOptions& options, ObjectiveValue& value,
+                   int& cg_iterations);
     bool search_line(const Objective& objective, double slope, ObjectiveValue& value);
+    bool pin_clamped();
 
     Problem& problem_;
     std::vector<Point>& positions_;

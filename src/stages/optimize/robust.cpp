@@ -4,6 +4,7 @@
 #include "stages/optimize/untangle.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace hexopt {
 
@@ -12,6 +13,11 @@ namespace {
 /// How far quads may leave a curved surface by mere sliding when the user names no deviation, relative to the
 /// diagonal.
 constexpr double kSlidingDeviationRel = 0.005;
+/// The guard samples: what it allows is a little less than what the user does.
+constexpr double kGuardMargin = 0.9;
+/// Share of the deviation that a vertex itself may leave the surface by; the rest is for the quads between.
+constexpr double kBandShare = 0.8;
+constexpr int kMaxNarrowings = 6;
 
 class RobustRun {
   public:
@@ -34,13 +40,22 @@ class RobustRun {
         }
         if (!options_.max_min) return;
         context.report("max-min", 0.6);
+        raise_worst();
+        if (surface_ && options_.max_deviation_rel > 0 && !budget_.exhausted()) {
+            context.report("max-min in the band", 0.8);
+            movement_.band = band_;
+            raise_worst();
+        }
+    }
+
+  private:
+    void raise_worst() {
         const MaxMinResult result = raise_worst_cells(movement_, positions_, eps_, options_.min_sj, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         keep_if_better_();
     }
 
-  private:
     void untangle_interior() {
         movement_ = {&mesh_,  &topology_, std::vector<std::uint8_t>(mesh_.vertex_count()),
                      nullptr, nullptr,    0};
@@ -50,7 +65,7 @@ class RobustRun {
         problem.update_lengths(positions_, budget_.parallel());
         Newton newton(problem, positions_, nullptr, budget_);
         const auto count_bad = [&] {
-            const auto cells = newton.measure();
+            const auto cells = measure_cells(problem, positions_, budget_.parallel());
             return std::count_if(cells.begin(), cells.end(),
                                  [](const CellMeasure& c) { return c.has_bad32; });
         };
@@ -78,13 +93,34 @@ class RobustRun {
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = bound[v].kind == EntityKind::interior ||
                                    bound[v].kind == EntityKind::patch || bound[v].kind == EntityKind::curve;
+        guard_.emplace(mesh_, topology_, *surface_, limits_);
         movement_.surface = surface_;
         movement_.limits = &limits_;
-        movement_.band = 0.5 * options_.max_deviation_rel * diagonal;
-        if (const auto bad = slide_all(); !bad.empty() && movement_.band > 0) {
+        movement_.guard = &*guard_;
+        movement_.deviation = kGuardMargin * deviation;
+        band_ = kBandShare * options_.max_deviation_rel * diagonal;
+        if (const auto bad = slide_within_deviation(); !bad.empty() && band_ > 0) {
+            movement_.band = band_;
             for (Index v : open_bands(movement_, bad)) movement_.movable[v] = 1;
-            slide_all();
+            slide_within_deviation();
+            movement_.band = 0;
         }
+    }
+
+    /// Slides, narrows the limits where quads deviate too far, and slides again from within them.
+    std::vector<Index> slide_within_deviation() {
+        const std::vector<Point> before = positions_;
+        for (int narrowing = 0; narrowing < kMaxNarrowings; ++narrowing) {
+            const std::vector<Index> bad = slide_all();
+            const auto violators = guard_->violators(positions_, guard_->boundary_vertices(),
+                                                     movement_.deviation, budget_.parallel());
+            if (violators.empty()) return bad;
+            guard_->tighten(positions_, violators, limits_);
+            // Back to where the quads were right; what was reached further in is kept.
+            for (Index v : violators) positions_[v] = before[v];
+        }
+        positions_ = before;
+        return {};
     }
 
     /// Untangles with everything movable; returns the cells that stay bad.
@@ -94,7 +130,7 @@ class RobustRun {
         Newton newton(problem, positions_, &motion, budget_);
         finish_untangling(newton);
         std::vector<Index> bad;
-        const auto cells = newton.measure();
+        const auto cells = measure_cells(problem, positions_, budget_.parallel());
         for (std::size_t i = 0; i < cells.size(); ++i)
             if (cells[i].has_bad32) bad.push_back(problem.cell_id()[i]);
         return bad;
@@ -110,6 +146,8 @@ class RobustRun {
     OptimizeStats& stats_;
     Movement movement_;
     SurfaceLimits limits_;
+    std::optional<DeviationGuard> guard_;
+    double band_ = 0;
     double eps_ = 1e-12;
 };
 

@@ -8,7 +8,8 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kNearEnd = 0.98; ///< of its range: a vertex this far out counts as being at the end
+constexpr double kNearEnd = 0.98;  ///< of its range: a vertex this far out counts as being at the end
+constexpr double kReachFactor = 4; ///< generous: DeviationGuard narrows where the quads do deviate
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
 /// Largest of a few radii around the vertex's own edge length within which sliding stays within the
@@ -18,10 +19,10 @@ float compute_reach(const BoundaryModel& surface, Association bound_to, const Po
     for (double radius = 8 * edge; radius > edge / 64; radius /= 2) {
         const double spread = surface.normal_spread(bound_to, at, radius);
         const double sine = spread >= 1.5707963 ? 1 : std::sin(spread);
-        if (radius * sine <= 0.5 * deviation)
+        if (radius * sine <= kReachFactor * deviation)
             return radius == 8 * edge ? kUnlimited : static_cast<float>(radius);
     }
-    return static_cast<float>(std::min(0.5 * deviation, edge));
+    return static_cast<float>(std::min(kReachFactor * deviation, edge));
 }
 
 } // namespace
@@ -33,6 +34,7 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
     limits.start = mesh.positions;
     limits.reach.assign(mesh.vertex_count(), kUnlimited);
     limits.band.assign(mesh.vertex_count(), 0.0f);
+    limits.band_share.assign(mesh.vertex_count(), 1.0f);
     const auto bound = surface.associations();
     parallel.for_each(mesh.vertex_count(), 256, [&](std::size_t v) {
         if (bound[v].kind != EntityKind::patch && bound[v].kind != EntityKind::curve) return;
@@ -105,11 +107,16 @@ Point SurfaceMotion::place(Index dof, const Point& from, const Point& wanted) co
         hint_[dof] = at.element;
         return at.point;
     };
+    // A limit narrowed since the vertex went out never forces it back in one jump: it may stay as far as it
+    // is.
+    const Point start = limits_.start[v];
+    const double reach = std::max<double>(limits_.reach[v], glm::distance(from, start));
     Point foot = on_entity(wanted);
-    const double reach = limits_.reach[v], moved = glm::distance(foot, limits_.start[v]);
-    if (moved > reach) foot = on_entity(limits_.start[v] + (foot - limits_.start[v]) * (reach / moved));
+    const double moved = glm::distance(foot, start);
+    const bool beyond = moved > reach;
+    if (beyond) foot = on_entity(start + (foot - start) * (reach / moved));
     if (!is_off_surface(v)) return foot;
-    const Point offset = wanted - foot;
+    const Point offset = beyond ? from - on_entity(from) : wanted - foot;
     const double height = glm::length(offset), band = limits_.band[v];
     return height <= band ? foot + offset : foot + offset * (band / height);
 }

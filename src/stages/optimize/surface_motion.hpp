@@ -7,13 +7,14 @@ namespace hexopt {
 
 /// How far the boundary vertices of a mesh may go on their surface, and off it. Arrays are per vertex.
 struct SurfaceLimits {
-    std::vector<Point> start; ///< where the vertex began, on its entity
-    std::vector<float> reach; ///< largest distance from start; infinite in flat places
-    std::vector<float> band;  ///< largest distance from the surface; 0: exactly on its entity
+    std::vector<Point> start;      ///< where the vertex began, on its entity
+    std::vector<float> reach;      ///< largest distance from start; infinite in flat places
+    std::vector<float> band;       ///< largest distance from the surface; 0: exactly on its entity
+    std::vector<float> band_share; ///< of the allowed band that `band` may be opened to, 0..1
 };
 
-/// Limits so that quads between moved vertices stay within `deviation` (model units, > 0) of the surface: a
-/// vertex moves at most 0.5 * deviation / sin(spread of the normals nearby). Bands start at 0.
+/// First limits for quads that are to stay within `deviation` (model units, > 0) of the surface: a vertex
+/// moves at most a multiple of deviation / sin(spread of the normals nearby). Bands start at 0.
 SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology,
                                      const BoundaryModel& surface, double deviation,
                                      const Parallel& parallel);

@@ -57,8 +57,10 @@ int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<co
 
 UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
     UntangleResult result;
+    newton.problem().update_lengths(newton.positions(), budget.parallel());
     Objective objective;
-    objective.eps = kStartEps;
+    // A valid mesh must not be let through the barrier again.
+    objective.eps = newton.evaluate(objective).min_jacobian > 0 ? kValidEps : kStartEps;
     NewtonOptions options;
     int valid_rounds = 0, stalled_rounds = 0;
     for (result.rounds = 0; result.rounds < kMaxRounds && !budget.exhausted(); ++result.rounds) {

@@ -1,0 +1,124 @@
+#include "stages/optimize/deviation_guard.hpp"
+
+#include "domain/closest_point.hpp"
+
+#include <algorithm>
+
+namespace hexopt {
+
+namespace {
+
+/// Quads that come this close to the limit at nine points are sampled at 25.
+constexpr double kRefineAbove = 0.6;
+
+} // namespace
+
+DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                               const SurfaceLimits& limits)
+    : surface_(surface), limits_(limits), hint_(topology.boundary_faces.size(), kNoIndex) {
+    vertex_quad_.offset.assign(mesh.vertex_count() + 1, 0);
+    for (CellFace face : topology.boundary_faces) {
+        quads_.push_back(face_vertices(mesh, face));
+        for (Index v : quads_.back()) ++vertex_quad_.offset[v + 1];
+    }
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        if (vertex_quad_.offset[v + 1] > 0) boundary_vertices_.push_back(v);
+        vertex_quad_.offset[v + 1] += vertex_quad_.offset[v];
+    }
+    vertex_quad_.item.resize(vertex_quad_.offset.back());
+    std::vector<std::size_t> next(vertex_quad_.offset.begin(), vertex_quad_.offset.end() - 1);
+    for (Index q = 0; q < quads_.size(); ++q)
+        for (Index v : quads_[q]) vertex_quad_.item[next[v]++] = q;
+}
+
+bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad, double allowed) const {
+    std::array<Point, 4> x;
+    for (int k = 0; k < 4; ++k) x[k] = positions[quads_[quad][k]];
+    const double coarse = surface_.quad_deviation(x, kNoIndex, hint_[quad]);
+    if (coarse > allowed) return true;
+    if (coarse < kRefineAbove * allowed) return false;
+    const Point centre = quad_centre(x);
+    for (int k = 0; k < 4; ++k) {
+        const Point next = 0.5 * (x[k] + x[(k + 1) % 4]), previous = 0.5 * (x[k] + x[(k + 3) % 4]);
+        Index hint = hint_[quad];
+        if (surface_.quad_deviation(std::array<Point, 4>{x[k], next, centre, previous}, kNoIndex, hint) >
+            allowed)
+            return true;
+    }
+    return false;
+}
+
+/// Whether a place of the input's boundary near a vertex is farther than allowed from the quads now around
+/// it.
+bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vertex, double allowed) const {
+    const auto moved_little = [&](Index v) {
+        return glm::distance(positions[v], limits_.start[v]) <= allowed;
+    };
+    std::vector<Index> around;
+    const auto is_covered = [&](const Point& place) {
+        if (around.empty()) {
+            for (Index q : vertex_quad_[vertex])
+                for (Index w : quads_[q])
+                    around.insert(around.end(), vertex_quad_[w].begin(), vertex_quad_[w].end());
+            std::sort(around.begin(), around.end());
+            around.erase(std::unique(around.begin(), around.end()), around.end());
+        }
+        return std::any_of(around.begin(), around.end(), [&](Index q) {
+            std::array<Point, 4> x;
+            for (int k = 0; k < 4; ++k) x[k] = positions[quads_[q][k]];
+            const Point centre = quad_centre(x);
+            for (int k = 0; k < 4; ++k)
+                if (glm::distance(place, closest_on_triangle(place, x[k], x[(k + 1) % 4], centre).point) <=
+                    allowed)
+                    return true;
+            return false;
+        });
+    };
+    if (!moved_little(vertex) && !is_covered(limits_.start[vertex])) return true;
+    for (Index q : vertex_quad_[vertex]) {
+        // A quad whose corners all moved little still covers its old edges and centre.
+        if (std::all_of(quads_[q].begin(), quads_[q].end(), moved_little)) continue;
+        const auto start = [&](int k) { return limits_.start[quads_[q][k % 4]]; };
+        for (int k = 0; k < 4; ++k)
+            if (quads_[q][k] == vertex && (!is_covered(0.5 * (start(k) + start(k + 1))) ||
+                                           !is_covered(0.25 * (start(0) + start(1) + start(2) + start(3)))))
+                return true;
+    }
+    return false;
+}
+
+std::vector<Index> DeviationGuard::violators(std::span<const Point> positions,
+                                             std::span<const Index> vertices, double allowed,
+                                             const Parallel& parallel) const {
+    std::vector<Index> quads, found;
+    for (Index v : vertices) quads.insert(quads.end(), vertex_quad_[v].begin(), vertex_quad_[v].end());
+    std::sort(quads.begin(), quads.end());
+    quads.erase(std::unique(quads.begin(), quads.end()), quads.end());
+    std::vector<std::uint8_t> quad_bad(quads.size()), start_bad(vertices.size());
+    parallel.for_each(quads.size(), 64,
+                      [&](std::size_t i) { quad_bad[i] = quad_deviates(positions, quads[i], allowed); });
+    parallel.for_each(vertices.size(), 64,
+                      [&](std::size_t i) { start_bad[i] = start_deviates(positions, vertices[i], allowed); });
+    for (std::size_t i = 0; i < quads.size(); ++i)
+        if (quad_bad[i]) found.insert(found.end(), quads_[quads[i]].begin(), quads_[quads[i]].end());
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        if (start_bad[i])
+            for (Index q : vertex_quad_[vertices[i]])
+                found.insert(found.end(), quads_[q].begin(), quads_[q].end());
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+}
+
+void DeviationGuard::tighten(std::span<const Point> positions, std::span<const Index> violators,
+                             SurfaceLimits& limits) const {
+    static constexpr float kNarrower = 0.8f;
+    for (Index v : violators) {
+        const auto moved = static_cast<float>(glm::distance(positions[v], limits.start[v]));
+        limits.reach[v] = std::min(limits.reach[v], moved) * kNarrower;
+        limits.band[v] *= kNarrower;
+        limits.band_share[v] *= kNarrower;
+    }
+}
+
+} // namespace hexopt

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "stages/optimize/surface_motion.hpp"
+
+namespace hexopt {
+
+/// Watches how far the quads of a moving boundary are from the surface it slides on, in both directions, at
+/// sampled places: corners, edge midpoints and centres of the quads against the surface; the vertices'
+/// starting places, where the surface bends, against the quads now around them.
+class DeviationGuard {
+  public:
+    DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                   const SurfaceLimits& limits);
+
+    /// Boundary vertices whose quads deviate by more than `allowed` (model units), among those that
+    /// `vertices` touch.
+    std::vector<Index> violators(std::span<const Point> positions, std::span<const Index> vertices,
+                                 double allowed, const Parallel& parallel) const;
+
+    /// Narrows the limits of the violators so that their next excursion is shorter.
+    void tighten(std::span<const Point> positions, std::span<const Index> violators,
+                 SurfaceLimits& limits) const;
+
+    /// All vertices of the boundary.
+    std::span<const Index> boundary_vertices() const { return boundary_vertices_; }
+
+  private:
+    bool quad_deviates(std::span<const Point> positions, Index quad, double allowed) const;
+    bool start_deviates(std::span<const Point> positions, Index vertex, double allowed) const;
+
+    const BoundaryModel& surface_;
+    const SurfaceLimits& limits_;
+    std::vector<Quad> quads_;
+    Csr<Index> vertex_quad_;
+    std::vector<Index> boundary_vertices_;
+    mutable std::vector<Index> hint_; ///< per quad
+};
+
+} // namespace hexopt
