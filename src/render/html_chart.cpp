@@ -8,7 +8,7 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kWidth = 640, kHeight = 250, kLeft = 52, kRight = 8, kTop = 30, kBottom = 34;
+constexpr double kWidth = 640, kHeight = 250, kLeft = 44, kRight = 16, kTop = 30, kBottom = 34;
 
 struct Bins {
     std::size_t first = 0, last = 0; ///< the last one included
@@ -35,14 +35,20 @@ double bar_height(double count, double most) {
     return (kHeight - kTop - kBottom) * (std::log10(std::max(count, 1.0)) + 0.3) / (decades + 0.3);
 }
 
+/// A power of ten: 100, 1k, 10M.
+std::string round_count(double count) {
+    if (count >= 1e6) return fmt::format("{:.0f}M", count / 1e6);
+    if (count >= 1e3) return fmt::format("{:.0f}k", count / 1e3);
+    return fmt::format("{:.0f}", count);
+}
+
 std::string grid_svg(double most) {
     std::string svg;
     for (double count = 1; count <= std::pow(10, std::ceil(std::log10(std::max(most, 10.0)))); count *= 10) {
         const double y = kHeight - kBottom - bar_height(count, most);
-        svg +=
-            fmt::format("<line class=\"grid\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>"
-                        "<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.0f}</text>\n",
-                        kLeft, kWidth - kRight, y, y, kLeft - 6, y + 4, count);
+        svg += fmt::format("<line class=\"grid\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>"
+                           "<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
+                           kLeft, kWidth - kRight, y, y, kLeft - 6, y + 4, round_count(count));
     }
     return svg;
 }
@@ -113,9 +119,9 @@ std::string histogram_svg(const std::string& title, double low, double width,
             "<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:.4g}</text>\n", left,
             kHeight - kBottom + 16, from);
     }
-    svg += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.4g}</text>\n",
-                       kWidth - kRight + 6, kHeight - kBottom + 16,
-                       low + width * static_cast<double>(bins.last + 1));
+    svg += fmt::format(
+        "<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:.4g}</text>\n",
+        kWidth - kRight, kHeight - kBottom + 16, low + width * static_cast<double>(bins.last + 1));
     return svg +
            fmt::format(
                "<line class=\"axis\" x1=\"{0:.1f}\" x2=\"{1:.1f}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\"/></svg>\n",
