@@ -1,6 +1,7 @@
 #include "quality/certificate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -10,6 +11,7 @@ namespace {
 
 using hex::Bernstein;
 
+constexpr std::array<int, 8> kCorners = {0, 2, 6, 8, 18, 20, 24, 26}; // coefficients that are values
 constexpr int kMaxLevel = 12;
 constexpr std::size_t kMaxBoxes = 600;
 
@@ -29,7 +31,7 @@ T error_bound(T scale, int level) {
 template <class T>
 Validity judge_box(const Bernstein<T>& coefficient, T bound) {
     if (*std::min_element(coefficient.begin(), coefficient.end()) > bound) return Validity::valid;
-    for (int corner : {0, 2, 6, 8, 18, 20, 24, 26})
+    for (int corner : kCorners)
         if (coefficient[corner] < -bound) return Validity::invalid;
     return Validity::undecided;
 }
@@ -71,6 +73,7 @@ Validity certify_by_subdivision(const Bernstein<T>& coefficients, T scale) {
     if (whole != Validity::undecided) return whole;
     std::vector<Bernstein<T>> open = {coefficients}, next;
     std::size_t boxes = 0;
+    bool left_out = false;
     for (int level = 1; level <= kMaxLevel; ++level) {
         const T bound = error_bound(scale, level);
         next.clear();
@@ -79,13 +82,26 @@ Validity certify_by_subdivision(const Bernstein<T>& coefficients, T scale) {
             for (const Bernstein<T>& part : split_in_eight(box)) {
                 const Validity validity = judge_box(part, bound);
                 if (validity == Validity::invalid) return validity;
-                if (validity == Validity::undecided) next.push_back(part);
+                if (validity == Validity::valid) continue;
+                // The next level is not going to see more boxes than the budget has left.
+                if (boxes + next.size() < kMaxBoxes)
+                    next.push_back(part);
+                else
+                    left_out = true;
             }
         }
-        if (next.empty()) return Validity::valid;
+        if (next.empty()) return left_out ? Validity::undecided : Validity::valid;
         open.swap(next);
     }
     return Validity::undecided;
+}
+
+/// Whether a corner's determinant vanishes, as far as this precision tells: such a cell is not valid.
+template <class T>
+bool has_flat_corner(const Bernstein<T>& coefficient, T scale) {
+    const T bound = error_bound(scale, 0);
+    return std::any_of(kCorners.begin(), kCorners.end(),
+                       [&](int corner) { return std::abs(coefficient[corner]) <= bound; });
 }
 
 } // namespace
@@ -106,8 +122,11 @@ Validity certify(const std::array<Point, 8>& points, const Bernstein<double>& co
     const Validity validity = certify_by_subdivision(coefficients, scale);
     if (validity != Validity::undecided) return validity;
     const auto edge = hex::edge_vectors<long double>(points);
-    return certify_by_subdivision(hex::bernstein_coefficients(hex::determinants(edge)),
-                                  hex::determinant_scale(edge));
+    const auto precise = hex::bernstein_coefficients(hex::determinants(edge));
+    const auto precise_scale = hex::determinant_scale(edge);
+    // With a flat corner all that is left to find is a value too little below zero for double to tell.
+    if (has_flat_corner(precise, precise_scale)) return Validity::undecided;
+    return certify_by_subdivision(precise, precise_scale);
 }
 
 Validity certify(const std::array<Point, 8>& points) {

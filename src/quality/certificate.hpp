@@ -18,8 +18,9 @@ const char* name_of(Validity validity);
 
 /// Decides by the 27 Bernstein coefficients of det J (degree 2 in each direction), which bound it from both
 /// sides, and adaptive subdivision; every comparison leaves room for the rounding errors so far. A second
-/// pass in long double follows where double leaves it open. Coordinates must be finite. Source: Johnen,
-/// Weill, Remacle 2017, "Robust and efficient validation of the linear hexahedral element".
+/// pass in long double follows where double leaves it open, unless a corner is flat. Coordinates must be
+/// finite. Source: Johnen, Weill, Remacle 2017, "Robust and efficient validation of the linear hexahedral
+/// element".
 Validity certify(const std::array<Point, 8>& points);
 
 /// The same from the coefficients and scale that the caller has at hand already.
