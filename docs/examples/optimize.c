@@ -44,7 +44,7 @@ int main(void) {
     hexopt_optimize_options options = HEXOPT_OPTIMIZE_OPTIONS_INIT;
     options.boundary = HEXOPT_BOUNDARY_FIXED;
     hexopt_optimize_result result = HEXOPT_OPTIMIZE_RESULT_INIT;
-    const hexopt_status status = hexopt_optimize(context, &mesh, &options, &result);
+    const hexopt_status status = hexopt_optimize(context, &mesh, NULL, &options, &result);
     if (status != HEXOPT_OK)
         fprintf(stderr, "%s: %s\n", hexopt_status_name(status), hexopt_context_message(context));
     else

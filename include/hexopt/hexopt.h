@@ -115,6 +115,20 @@ typedef struct hexopt_mesh {
 #define HEXOPT_MESH_INIT                                                                                     \
     { sizeof(hexopt_mesh), HEXOPT_VERSION, 0, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, 0, NULL, NULL }
 
+/** A triangulated surface that boundary vertices slide on. Patches need not be conforming. */
+typedef struct hexopt_surface {
+    size_t struct_size;
+    uint32_t version;
+    size_t vertex_count;
+    const double* positions; /**< 3 * vertex_count */
+    size_t triangle_count;
+    const uint32_t* triangles;      /**< 3 * triangle_count, counter-clockwise from outside */
+    const uint32_t* triangle_patch; /**< triangle_count, or NULL; borders between patches are features */
+} hexopt_surface;
+
+#define HEXOPT_SURFACE_INIT                                                                                  \
+    { sizeof(hexopt_surface), HEXOPT_VERSION, 0, NULL, 0, NULL, NULL }
+
 typedef enum hexopt_method { HEXOPT_METHOD_ROBUST = 0, HEXOPT_METHOD_THESIS = 1 } hexopt_method;
 typedef enum hexopt_energy {
     HEXOPT_ENERGY_STRUCTURAL = 0,
@@ -160,11 +174,12 @@ typedef struct hexopt_optimize_result {
     { sizeof(hexopt_optimize_result), HEXOPT_VERSION, 0, 0, 0, 0, 0.0, 0.0, 0, 0.0, 0.0 }
 
 /** Moves mesh->positions; connectivity stays. Never worse: the counts and the minimum scaled Jacobian never
- * end below the input's. options: NULL for defaults. result: NULL
- * or where to write. HEXOPT_OK, HEXOPT_NO_VALID_MESH, HEXOPT_BELOW_TARGET and HEXOPT_CANCELLED leave the best
- * state in mesh->positions and fill *result (cancelled before the first step: nothing is touched); any other
- * status leaves both as they were. */
+ * end below the input's. surface: what the boundary slides on, NULL for the mesh's own boundary. options:
+ * NULL for defaults. result: NULL or where to write. HEXOPT_OK, HEXOPT_NO_VALID_MESH, HEXOPT_BELOW_TARGET and
+ * HEXOPT_CANCELLED leave the best state in mesh->positions and fill *result (cancelled before the first step:
+ * nothing is touched); any other status leaves both as they were. */
 HEXOPT_API hexopt_status hexopt_optimize(hexopt_context* context, hexopt_mesh* mesh,
+                                         const hexopt_surface* surface,
                                          const hexopt_optimize_options* options,
                                          hexopt_optimize_result* result);
 

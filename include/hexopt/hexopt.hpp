@@ -42,6 +42,13 @@ struct Mesh {
     std::span<const std::uint32_t> quad_patch = {};
 };
 
+/// Triangles that the boundary slides on, as hexopt_surface describes.
+struct Surface {
+    std::span<const double> positions;                  ///< x, y, z of vertex 0, 1, ...
+    std::span<const std::uint32_t> triangles;           ///< 3 vertex numbers each
+    std::span<const std::uint32_t> triangle_patch = {}; ///< one each, or empty
+};
+
 /// Initialised to the defaults; the fields are described in hexopt.h.
 struct OptimizeOptions : hexopt_optimize_options {
     OptimizeOptions() : hexopt_optimize_options(HEXOPT_OPTIMIZE_OPTIONS_INIT) {}
@@ -83,11 +90,16 @@ class Optimizer {
     void cancel() noexcept { hexopt_context_cancel(context_.get()); }
 
     /// Moves mesh.positions; never worse than the input. Failure: the positions are as they were.
-    OptimizeResult optimize(const Mesh& mesh, const OptimizeOptions& options = {}) {
+    /// surface: null for the mesh's own boundary.
+    OptimizeResult optimize(const Mesh& mesh, const OptimizeOptions& options = {},
+                            const Surface* surface = nullptr) {
         hexopt_mesh view = view_of(mesh);
+        hexopt_surface surface_view = HEXOPT_SURFACE_INIT;
+        if (surface) surface_view = view_of(*surface);
         OptimizeResult result;
         static_cast<hexopt_optimize_result&>(result) = HEXOPT_OPTIMIZE_RESULT_INIT;
-        result.status = finish(hexopt_optimize(context_.get(), &view, &options, &result));
+        result.status = finish(
+            hexopt_optimize(context_.get(), &view, surface ? &surface_view : nullptr, &options, &result));
         result.message = hexopt_context_message(context_.get());
         return result;
     }
@@ -137,6 +149,20 @@ class Optimizer {
         view.patch_quad_count = mesh.quad_patch.size();
         view.patch_quads = mesh.patch_quads.data();
         view.quad_patch = mesh.quad_patch.data();
+        return view;
+    }
+
+    static hexopt_surface view_of(const Surface& surface) {
+        if (surface.positions.size() % 3 != 0 || surface.triangles.size() % 3 != 0 ||
+            (!surface.triangle_patch.empty() &&
+             surface.triangle_patch.size() != surface.triangles.size() / 3))
+            throw Failure(HEXOPT_USAGE, "hexopt::Surface: the sizes of the arrays do not fit");
+        hexopt_surface view = HEXOPT_SURFACE_INIT;
+        view.vertex_count = surface.positions.size() / 3;
+        view.positions = surface.positions.data();
+        view.triangle_count = surface.triangles.size() / 3;
+        view.triangles = surface.triangles.data();
+        view.triangle_patch = surface.triangle_patch.empty() ? nullptr : surface.triangle_patch.data();
         return view;
     }
 

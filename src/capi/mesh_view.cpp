@@ -109,6 +109,35 @@ Result<HexMesh> copy_mesh(const hexopt_mesh* given, const Context& context) {
     return std::move(file->mesh);
 }
 
+Result<TriangleSoup> copy_surface(const hexopt_surface* given) {
+    hexopt_surface surface = HEXOPT_SURFACE_INIT;
+    if (auto status = read_struct(given, "hexopt_surface", surface); !status) return status.error();
+    if (auto status =
+            check_arrays("hexopt_surface", {{"positions", surface.positions, surface.vertex_count},
+                                            {"triangles", surface.triangles, surface.triangle_count}});
+        !status)
+        return status.error();
+    TriangleSoup soup;
+    auto positions = copy_positions("hexopt_surface", surface.positions, surface.vertex_count);
+    if (!positions) return positions.error();
+    soup.vertices = std::move(*positions);
+    std::map<std::uint32_t, Index> patch_number;
+    for (std::size_t t = 0; t < surface.triangle_count; ++t) {
+        const std::uint32_t* v = surface.triangles + 3 * t;
+        for (int k = 0; k < 3; ++k)
+            if (v[k] >= surface.vertex_count)
+                return bad_input("hexopt_surface", "triangle " + std::to_string(t),
+                                 "uses a vertex that does not exist");
+        soup.triangles.push_back({v[0], v[1], v[2]});
+        if (!surface.triangle_patch) continue;
+        const auto [entry, is_new] =
+            patch_number.try_emplace(surface.triangle_patch[t], static_cast<Index>(patch_number.size()));
+        if (is_new) soup.patch_names.push_back(std::to_string(surface.triangle_patch[t]));
+        soup.patch.push_back(entry->second);
+    }
+    return soup;
+}
+
 void write_positions(const std::vector<Point>& positions, double* target) {
     for (std::size_t v = 0; v < positions.size(); ++v)
         for (int k = 0; k < 3; ++k) target[3 * v + k] = positions[v][k];

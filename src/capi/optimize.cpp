@@ -85,8 +85,8 @@ Status conclude(const ImproveOutcome& outcome) {
     }
 }
 
-Status run(hexopt_context& context, hexopt_mesh* mesh, const hexopt_optimize_options* given,
-           hexopt_optimize_result* result) {
+Status run(hexopt_context& context, hexopt_mesh* mesh, const hexopt_surface* surface,
+           const hexopt_optimize_options* given, hexopt_optimize_result* result) {
     hexopt_optimize_options known = kDefaults;
     if (given)
         if (auto status = read_struct(given, "hexopt_optimize_options", known); !status)
@@ -100,6 +100,13 @@ Status run(hexopt_context& context, hexopt_mesh* mesh, const hexopt_optimize_opt
 
     Result<HexMesh> copy = copy_mesh(mesh, context.inner);
     if (!copy) return copy.error();
+    TriangleSoup soup;
+    if (surface) {
+        Result<TriangleSoup> read = copy_surface(surface);
+        if (!read) return read.error();
+        soup = std::move(*read);
+        options->surface = &soup;
+    }
     StageClock clock;
     Result<ImproveOutcome> outcome = improve_mesh(*copy, *options, clock, context.inner);
     if (!outcome) return outcome.error();
@@ -114,10 +121,10 @@ Status run(hexopt_context& context, hexopt_mesh* mesh, const hexopt_optimize_opt
 
 extern "C" {
 
-hexopt_status hexopt_optimize(hexopt_context* context, hexopt_mesh* mesh,
+hexopt_status hexopt_optimize(hexopt_context* context, hexopt_mesh* mesh, const hexopt_surface* surface,
                               const hexopt_optimize_options* options, hexopt_optimize_result* result) {
-    return hexopt::capi::guarded_call(context,
-                                      [&] { return hexopt::capi::run(*context, mesh, options, result); });
+    return hexopt::capi::guarded_call(
+        context, [&] { return hexopt::capi::run(*context, mesh, surface, options, result); });
 }
 
 } // extern "C"

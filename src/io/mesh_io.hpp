@@ -67,6 +67,9 @@ enum class Encoding : std::uint8_t {
     text, ///< shortest digits that read back to the same bits; not for VTU
 };
 
+/// The format that the extension of a file's name stands for. Error: usage for any other extension.
+Result<MeshFormat> format_of_name(const std::filesystem::path& path);
+
 struct WriteOptions {
     MeshFormat format = MeshFormat::from_name;
     Encoding encoding = Encoding::automatic;

@@ -18,17 +18,6 @@ Error write_error(const std::filesystem::path& path, std::string reason, std::st
     return Error{code, "write", path.string(), {std::move(reason), std::move(advice)}};
 }
 
-Result<MeshFormat> choose_format(const std::filesystem::path& path, const WriteOptions& options) {
-    if (options.format != MeshFormat::from_name) return options.format;
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (extension == ".vtu") return MeshFormat::vtu;
-    if (extension == ".vtk") return MeshFormat::vtk;
-    if (extension == ".mesh") return MeshFormat::medit;
-    return write_error(path, fmt::format("no format is known for '{}'", shown(extension)),
-                       "name the file .vtu, .vtk or .mesh", ErrorCode::usage);
-}
-
 bool holds(FieldType type, double value) {
     if (!is_integer(type)) return true;
     if (value != std::floor(value)) return false;
@@ -175,9 +164,20 @@ std::string io_detail::encode(const FieldData& field, std::endian order) {
     return bytes;
 }
 
+Result<MeshFormat> format_of_name(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extension == ".vtu") return MeshFormat::vtu;
+    if (extension == ".vtk") return MeshFormat::vtk;
+    if (extension == ".mesh") return MeshFormat::medit;
+    return write_error(path, fmt::format("no format is known for '{}'", shown(extension)),
+                       "name the file .vtu, .vtk or .mesh", ErrorCode::usage);
+}
+
 Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::span<const FieldData> fields,
                   const WriteOptions& options, Context& context) {
-    const Result<MeshFormat> format = choose_format(path, options);
+    const Result<MeshFormat> format =
+        options.format == MeshFormat::from_name ? format_of_name(path) : Result<MeshFormat>(options.format);
     if (!format) return format.error();
     if (*format == MeshFormat::vtu && options.encoding == Encoding::text)
         return write_error(path, "VTU is not written as text", "write .vtk as text instead",

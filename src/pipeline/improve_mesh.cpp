@@ -2,6 +2,7 @@
 
 #include "mesh/hanging.hpp"
 #include "mesh/recognise_hanging.hpp"
+#include "mesh/validate_structure.hpp"
 
 #include <fmt/core.h>
 
@@ -42,11 +43,32 @@ ErrorCode verdict_of(const QualityReport& after, const ImproveOptions& options) 
     return ErrorCode::ok;
 }
 
+/// What does not fit between a mesh and the surface it was given.
+void add_surface_notes(const AssociationReport& report, std::vector<std::string>& notes) {
+    if (report.far_count > 0)
+        notes.push_back(fmt::format("{} boundary vertices are far from the surface, the farthest {:.3g} away "
+                                    "(vertex {}).",
+                                    report.far_count, report.far_vertices.front().distance,
+                                    report.far_vertices.front().vertex));
+    if (report.unmatched_corners + report.unmatched_curves > 0)
+        notes.push_back(
+            fmt::format("{} corners and {} feature curves of the surface are followed by no edge of "
+                        "the mesh.",
+                        report.unmatched_corners, report.unmatched_curves));
+    if (report.open_edges + report.nonmanifold_edges > 0)
+        notes.push_back(fmt::format("The surface has {} open and {} non-manifold edges, taken as features.",
+                                    report.open_edges, report.nonmanifold_edges));
+}
+
 Result<std::optional<BoundaryModel>> build_surface(const HexMesh& mesh, const Topology& topology,
-                                                   const ImproveOptions& options, Context& context) {
+                                                   const ImproveOptions& options,
+                                                   std::vector<std::string>& notes, Context& context) {
     if (options.optimize.boundary == BoundaryMode::fixed) return std::optional<BoundaryModel>{};
-    Result<BoundaryModel> model = build_boundary_model(mesh, topology, options.features, context);
+    Result<BoundaryModel> model =
+        options.surface ? build_boundary_model(mesh, topology, *options.surface, options.features, context)
+                        : build_boundary_model(mesh, topology, options.features, context);
     if (!model) return model.error();
+    if (options.surface) add_surface_notes(model->association_report(), notes);
     return std::optional<BoundaryModel>(std::move(*model));
 }
 
@@ -64,6 +86,10 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
     };
 
     ImproveOutcome outcome;
+    context.report("structure", 0);
+    const Status sound =
+        clock.run("structure", [&] { return require_structure(mesh, "optimize", context.parallel()); });
+    if (!sound) return sound.error();
     context.report("hanging vertices", 0);
     auto settled = clock.run("hanging", [&] { return settle_hanging(mesh, outcome.notes, context); });
     if (!settled) return restore(settled.error());
@@ -77,7 +103,8 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
     outcome.before = std::move(*before);
 
     context.report("surface", 0);
-    auto surface = clock.run("surface", [&] { return build_surface(mesh, topology, options, context); });
+    auto surface =
+        clock.run("surface", [&] { return build_surface(mesh, topology, options, outcome.notes, context); });
     if (!surface) return restore(surface.error());
 
     auto stats = clock.run("optimize", [&] {

@@ -5,6 +5,7 @@
 #include "domain/boundary_model.hpp"
 #include "domain/deviation.hpp"
 #include "mesh/hex_mesh.hpp"
+#include "mesh/triangle_soup.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
 #include "stages/optimize/optimize.hpp"
@@ -17,8 +18,9 @@ namespace hexopt {
 
 struct ImproveOptions {
     OptimizeOptions optimize;
-    BoundaryOptions features;            ///< how features of the boundary are recognised
-    std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
+    BoundaryOptions features;              ///< how features of the boundary are recognised
+    const TriangleSoup* surface = nullptr; ///< what the boundary slides on; null: the mesh's own boundary
+    std::optional<double> target_min_sj;   ///< a minimum scaled Jacobian that the caller insists on
 };
 
 /// What became of a mesh.

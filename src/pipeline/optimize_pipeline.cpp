@@ -2,6 +2,9 @@
 
 #include "io/atomic_file.hpp"
 #include "io/mesh_io.hpp"
+#include "io/read_surface.hpp"
+#include "pipeline/optimize_pictures.hpp"
+#include "render/png.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -11,7 +14,8 @@ namespace {
 
 /// Where results go is checked before hours are spent on them.
 Status check_outputs(const OptimizeJob& job) {
-    for (const std::filesystem::path& path : {job.output, job.report}) {
+    if (auto format = format_of_name(job.output); !format) return format.error();
+    for (const std::filesystem::path& path : {job.output, job.report, job.picture}) {
         if (path.empty()) continue;
         const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
         std::error_code error;
@@ -20,6 +24,36 @@ Status check_outputs(const OptimizeJob& job) {
                               "no such directory: " + folder.string());
         if (std::filesystem::is_directory(path, error))
             return make_error(ErrorCode::output_failed, "write", path.string(), "is a directory");
+    }
+    return Done{};
+}
+
+Status write_picture(const OptimizeJob& job, const HexMesh& mesh, const std::vector<Point>& start,
+                     Context& context) {
+    const Result<Image> picture = draw_before_and_after(mesh, start, context);
+    if (!picture) return picture.error();
+    return write_png(job.picture, *picture, context);
+}
+
+/// Writes what the job asks for. `context` is one that is not cancelled.
+Status write_results(const OptimizeJob& job, const MeshFile& file, const std::vector<Point>& start,
+                     StageClock& clock, OptimizeJobResult& result, Context& context) {
+    Status written =
+        clock.run("write", [&] { return write_mesh(job.output, file.mesh, file.fields, {}, context); });
+    if (!written) return written;
+    result.written.push_back(job.output);
+    if (!job.picture.empty()) {
+        written = clock.run("picture", [&] { return write_picture(job, file.mesh, start, context); });
+        if (!written) return written;
+        result.written.push_back(job.picture);
+    }
+    result.times = clock.times();
+    if (!job.report.empty()) {
+        const auto keep_odd_bytes = nlohmann::json::error_handler_t::replace;
+        written = write_atomically(job.report,
+                                   to_json(job, result).dump(2, ' ', false, keep_odd_bytes) + "\n", context);
+        if (!written) return written;
+        result.written.push_back(job.report);
     }
     return Done{};
 }
@@ -33,28 +67,32 @@ Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& cont
     auto file = clock.run("read", [&] { return read_mesh_file(job.input, context); });
     if (!file) return file.error();
 
-    auto outcome = improve_mesh(file->mesh, job.improve, clock, context);
+    ImproveOptions improve = job.improve;
+    TriangleSoup soup;
+    if (!job.surface.empty()) {
+        auto read = clock.run("read_surface", [&] { return read_surface(job.surface, context); });
+        if (!read) return read.error();
+        soup = std::move(*read);
+        improve.surface = &soup;
+    }
+    std::vector<Point> start;
+    if (!job.picture.empty()) start = file->mesh.positions;
+
+    auto outcome = improve_mesh(file->mesh, improve, clock, context);
     if (!outcome) return outcome.error();
     OptimizeJobResult result;
     result.outcome = std::move(*outcome);
-
-    const bool wanted = result.outcome.verdict != ErrorCode::cancelled || job.keep_best;
-    if (wanted) {
-        context.report("write", 1);
-        const Status written =
-            clock.run("write", [&] { return write_mesh(job.output, file->mesh, file->fields, {}, context); });
-        if (!written) return written.error();
-        result.written.push_back(job.output);
-    }
     result.times = clock.times();
-    if (wanted && !job.report.empty()) {
-        const Status written = write_atomically(
-            job.report,
-            to_json(job, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
-            context);
-        if (!written) return written.error();
-        result.written.push_back(job.report);
+    if (result.outcome.verdict == ErrorCode::cancelled) {
+        if (!job.keep_best) return result;
+        Context unhurried(context.parallel().threads(), context.seed());
+        if (auto status = write_results(job, *file, start, clock, result, unhurried); !status)
+            return status.error();
+        return result;
     }
+    context.report("write", 1);
+    if (auto status = write_results(job, *file, start, clock, result, context); !status)
+        return status.error();
     return result;
 }
 

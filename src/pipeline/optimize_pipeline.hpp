@@ -10,7 +10,9 @@ namespace hexopt {
 /// `hexopt-gpu optimize`: files in, files out. Paths that are empty are not used.
 struct OptimizeJob {
     std::filesystem::path input, output;
-    std::filesystem::path report; ///< JSON
+    std::filesystem::path surface; ///< triangles that the boundary slides on; sets improve.surface
+    std::filesystem::path report;  ///< JSON
+    std::filesystem::path picture; ///< PNG of before and after
     ImproveOptions improve;
     bool keep_best = false; ///< cancelled: write the best state reached
 };

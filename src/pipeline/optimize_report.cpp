@@ -47,6 +47,7 @@ json options_json(const OptimizeJob& job) {
             {"energy", name_of(o.energy)},
             {"decomposition", tets_of(o.decomposition)},
             {"boundary", o.boundary == BoundaryMode::fixed ? "fixed" : "slide"},
+            {"surface", job.surface.empty() ? json(nullptr) : json(job.surface.string())},
             {"feature_angle_deg", job.improve.features.feature_angle_deg},
             {"max_deviation_rel", o.max_deviation_rel},
             {"min_sj", job.improve.target_min_sj ? json(*job.improve.target_min_sj) : json(nullptr)},

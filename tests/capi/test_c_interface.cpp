@@ -45,7 +45,7 @@ TEST_CASE("a tangled mesh is optimized in the caller's array") {
     hexopt_mesh mesh = view(grid);
     const hexopt_optimize_options options = fixed_boundary();
     hexopt_optimize_result result = HEXOPT_OPTIMIZE_RESULT_INIT;
-    REQUIRE(hexopt_optimize(context.get(), &mesh, &options, &result) == HEXOPT_OK);
+    REQUIRE(hexopt_optimize(context.get(), &mesh, nullptr, &options, &result) == HEXOPT_OK);
     CHECK(std::string(hexopt_context_message(context.get())).empty());
     CHECK(result.concave32_before > 0);
     CHECK(result.concave32_after == 0);
@@ -88,6 +88,32 @@ TEST_CASE("hanging vertices and patches are taken in and checked") {
     CHECK_THAT(hexopt_context_message(context.get()), Catch::Contains("patch quad 0"));
 }
 
+TEST_CASE("the boundary moves onto a given surface") {
+    // The cube's bottom is dented; the surface says that it is flat.
+    const ContextPointer context = make_context();
+    Grid grid(2);
+    grid.positions[3 * grid.vertex(1, 1, 0) + 2] = 0.2;
+    double corners[24];
+    for (int v = 0; v < 8; ++v)
+        for (int k = 0; k < 3; ++k) corners[3 * v + k] = v >> k & 1 ? 2 : 0;
+    const std::uint32_t triangles[] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                                       2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+    hexopt_surface surface = HEXOPT_SURFACE_INIT;
+    surface.vertex_count = 8;
+    surface.positions = corners;
+    surface.triangle_count = 12;
+    surface.triangles = triangles;
+    hexopt_mesh mesh = view(grid);
+    REQUIRE(hexopt_optimize(context.get(), &mesh, &surface, nullptr, nullptr) == HEXOPT_OK);
+    CHECK(grid.positions[3 * grid.vertex(1, 1, 0) + 2] == 0);
+
+    const std::uint32_t damaged[] = {0, 1, 8};
+    surface.triangles = damaged;
+    surface.triangle_count = 1;
+    CHECK(hexopt_optimize(context.get(), &mesh, &surface, nullptr, nullptr) == HEXOPT_BAD_INPUT);
+    CHECK_THAT(hexopt_context_message(context.get()), Catch::Contains("triangle 0"));
+}
+
 TEST_CASE("damaged meshes are refused by name, and their positions stay") {
     const ContextPointer context = make_context();
     Grid grid(2);
@@ -96,7 +122,7 @@ TEST_CASE("damaged meshes are refused by name, and their positions stay") {
     hexopt_mesh mesh = view(grid);
     const hexopt_optimize_options options = fixed_boundary();
     hexopt_optimize_result result = HEXOPT_OPTIMIZE_RESULT_INIT;
-    const auto optimize = [&] { return hexopt_optimize(context.get(), &mesh, &options, &result); };
+    const auto optimize = [&] { return hexopt_optimize(context.get(), &mesh, nullptr, &options, &result); };
     std::string expected;
     SECTION("vertex number") {
         grid.cells[11] = 27;
@@ -148,7 +174,7 @@ TEST_CASE("options out of range are refused by name") {
     SECTION("newer version") { options.version = HEXOPT_VERSION + 1, expected = "version"; }
     SECTION("larger struct") { options.struct_size += 8, expected = "struct_size"; }
     SECTION("no size") { options.struct_size = 0, expected = "struct_size"; }
-    CHECK(hexopt_optimize(context.get(), &mesh, &options, nullptr) == HEXOPT_USAGE);
+    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, &options, nullptr) == HEXOPT_USAGE);
     CHECK_THAT(hexopt_context_message(context.get()), Catch::Contains(expected));
 }
 
@@ -165,7 +191,7 @@ TEST_CASE("a program with older, shorter structs gets defaults for the rest, and
     std::memset(&result, 0x5a, sizeof result);
     result.struct_size = offsetof(hexopt_optimize_result, min_sj_before);
     result.version = HEXOPT_VERSION;
-    REQUIRE(hexopt_optimize(context.get(), &mesh, &options, &result) == HEXOPT_OK);
+    REQUIRE(hexopt_optimize(context.get(), &mesh, nullptr, &options, &result) == HEXOPT_OK);
     CHECK(result.concave32_before > 0);
     unsigned char untouched[sizeof result.seconds];
     std::memset(untouched, 0x5a, sizeof untouched);
@@ -181,7 +207,7 @@ TEST_CASE("a null context, null outputs and null meshes are usage errors") {
     CHECK(hexopt_measure(nullptr, &mesh, &quality) == HEXOPT_USAGE);
     CHECK(hexopt_measure(context.get(), &mesh, nullptr) == HEXOPT_USAGE);
     CHECK(hexopt_measure(context.get(), nullptr, &quality) == HEXOPT_USAGE);
-    CHECK(hexopt_optimize(context.get(), nullptr, nullptr, nullptr) == HEXOPT_USAGE);
+    CHECK(hexopt_optimize(context.get(), nullptr, nullptr, nullptr, nullptr) == HEXOPT_USAGE);
     hexopt_context_cancel(nullptr);
     hexopt_context_destroy(nullptr);
 }
@@ -204,10 +230,10 @@ TEST_CASE("a progress callback that returns 1 cancels that call and no later one
     Grid grid(4);
     grid.tangle();
     hexopt_mesh mesh = view(grid);
-    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, nullptr) == HEXOPT_CANCELLED);
+    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, nullptr, nullptr) == HEXOPT_CANCELLED);
     watch = {false, 0, false};
     hexopt_context_cancel(context.get());
-    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, nullptr) == HEXOPT_OK);
+    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, nullptr, nullptr) == HEXOPT_OK);
     CHECK_FALSE(watch.falls);
     CHECK(watch.last == 1);
 }
@@ -222,7 +248,7 @@ TEST_CASE("two contexts in two threads give the same bits as one") {
         hexopt_mesh mesh = view(grid);
         const hexopt_optimize_options options = fixed_boundary();
         for (int repeat = 0; repeat < 3 && status == HEXOPT_OK; ++repeat)
-            status = hexopt_optimize(context, &mesh, &options, nullptr);
+            status = hexopt_optimize(context, &mesh, nullptr, &options, nullptr);
         hexopt_context_destroy(context);
         positions = grid.positions;
     };

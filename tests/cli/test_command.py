@@ -99,8 +99,10 @@ class Usage(Command):
 class Optimize(Command):
     def test_valid_mesh_and_report(self):
         mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)
-        result = run("optimize", mesh, self.path("out.vtk"), "--report", self.path("report.json"))
+        result = run("optimize", mesh, self.path("out.vtk"), "--report", self.path("report.json"),
+                     "--picture", self.path("picture.png"))
         self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertEqual(self.path("picture.png").read_bytes()[:4], b"\x89PNG")
         report = json.loads(self.path("report.json").read_text())
         self.assertEqual(report["exit_code"], OK)
         self.assertGreater(report["quality_before"]["validity"]["concave32"], 0)
@@ -116,6 +118,16 @@ class Optimize(Command):
     def test_quiet_says_nothing(self):
         result = run("optimize", self.make(), self.path("out.vtu"), "--quiet")
         self.assertEqual((result.returncode, result.stdout, result.stderr), (OK, "", ""))
+
+    def test_surface(self):
+        mesh = self.make("in.vtu", "grid", "--size", 4)
+        surface = self.path("surface.off")
+        surface.write_text("OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+                           "4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n")
+        result = run("optimize", mesh, self.path("out.vtu"), "--surface", surface)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assert_error(run("optimize", mesh, self.path("out.vtu"), "--surface", self.path("none.stl")),
+                          BAD_INPUT, "none.stl")
 
     def test_input_may_be_the_output(self):
         mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)

@@ -30,6 +30,10 @@ void add_boundary_options(CLI::App& command, Arguments& arguments) {
         ->transform(choice(kModes))
         ->type_name("MODE");
     command
+        .add_option("--surface", arguments.job.surface,
+                    "STL, OBJ, OFF or PLY that the boundary slides on; default: the mesh's own boundary")
+        ->type_name("FILE");
+    command
         .add_option("--feature-angle", arguments.job.improve.features.feature_angle_deg,
                     "Boundary edges sharper than this many degrees are features")
         ->check(CLI::Range(0.0, 180.0))
@@ -137,6 +141,8 @@ void add_optimize(CLI::App& app, Session& session) {
     add_boundary_options(*command, *arguments);
     add_termination_options(*command, *arguments);
     command->add_option("--report", arguments->job.report, "Writes the run as JSON")->type_name("FILE");
+    command->add_option("--picture", arguments->job.picture, "Draws the mesh before and after")
+        ->type_name("FILE.png");
     session.add_common_options(*command);
     command->callback([arguments, &session] { run_optimize(*arguments, session); });
 }
