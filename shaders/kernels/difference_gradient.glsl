@@ -2,7 +2,9 @@
 FN real tet_energy_of_kind(uint kind, rvec3 a, rvec3 b, rvec3 c, real eps) {
     real size2 = dot(a, a) + dot(b, b) + dot(c, c);
     real j = tet_jacobian(a, b, c);
-    if (kind == 0u) return size2 / (abs(j) * j * j);
+    // Barriers: without a limit on tetrahedra that are not positive.
+    if (kind < 2u && !(j > real(1.0e-9))) return real(1.0e12);
+    if (kind == 0u) return size2 / (j * j * j);
     if (kind == 1u) return tet_shape(size2, j, real(0)).energy;
     if (kind == 2u) {
         rvec3 ga = cross(b, c);

@@ -1,4 +1,4 @@
-// Seidel's randomised incremental linear program in four variables (the displacement and the depth): rows a.x
+// Seidel's incremental linear program in four variables (the displacement and the depth): rows a.x
 // <= b, maximise the last variable. A violated row holds with equality at the optimum of the rows so far,
 // which removes one variable; the four levels are written as four nested loops, since shaders have no
 // recursion.
@@ -14,11 +14,9 @@ struct Elimination {
     Row row;
 };
 
+// Entry `place` of the working set, the first row_count rows of the list, the last added first.
 FN Row load_row(RealArray rows, uint base, uint place, uint row_count) {
-    // A fixed permutation in place of random order: a stride prime to the count (of which there are below
-    // 47,027).
-    uint stride = row_count % 31u != 0u ? 31u : (row_count % 37u != 0u ? 37u : 41u);
-    uint k = 4u * (base + (place * stride) % row_count);
+    uint k = 4u * (base + row_count - 1u - place);
     Row r;
     r.a[0] = rows.at[k];
     r.a[1] = rows.at[k + 1u];
@@ -140,7 +138,8 @@ FN Row solve_space(RealArray rows, uint base, uint count, uint row_count, Row c,
     return x;
 }
 
-FN Row solve_program(RealArray rows, uint base, uint row_count) {
+// The optimum of the first row_count rows.
+FN Row solve_working_set(RealArray rows, uint base, uint row_count) {
     Row c;
     c.b = real(0);
     c.a[0] = real(0);
@@ -153,6 +152,39 @@ FN Row solve_program(RealArray rows, uint base, uint row_count) {
         if (!is_violated(r, x, 4u)) continue;
         Elimination e4 = eliminate(r, 4u);
         x = lift(solve_space(rows, base, i, row_count, project(c, e4, 4u), e4), e4, 4u);
+    }
+    return x;
+}
+
+FN void swap_rows(RealArray rows, uint base, uint i, uint j) {
+    for (uint q = 0u; q < 4u; ++q) {
+        real saved = rows.at[4u * (base + i) + q];
+        rows.at[4u * (base + i) + q] = rows.at[4u * (base + j) + q];
+        rows.at[4u * (base + j) + q] = saved;
+    }
+}
+
+// Starts with the box and adds the row that is violated most until none is: few rows bind, and Mesa's
+// software device ends a shader's loops after 65,535 rounds, which the whole list in one program can exceed.
+FN Row solve_program(RealArray rows, uint base, uint row_count) {
+    uint working = 6u;
+    Row x = solve_working_set(rows, base, working);
+    while (working < row_count) {
+        uint worst = row_count;
+        real most = real(1.0e-11);
+        for (uint i = working; i < row_count; ++i) {
+            uint k = 4u * (base + i);
+            real over = rows.at[k] * x.a[0] + rows.at[k + 1u] * x.a[1] + rows.at[k + 2u] * x.a[2] + x.a[3] -
+                        rows.at[k + 3u];
+            if (over > most) {
+                most = over;
+                worst = i;
+            }
+        }
+        if (worst == row_count) break;
+        swap_rows(rows, base, working, worst);
+        working += 1u;
+        x = solve_working_set(rows, base, working);
     }
     return x;
 }
@@ -195,7 +227,7 @@ KERNEL_BODY(untangle_vertex) {
     }
     Row x = solve_program(scratch, base, row_count);
     bool deeper = x.a[3] > here;
-    depth.at[gid] = deeper ? x.a[3] : here;
+    depth.at[dof] = deeper ? x.a[3] : here;
     uint v = dof_vertex.at[dof];
     if (deeper) points.at[v] = points.at[v] + widen(rvec3(x.a[0], x.a[1], x.a[2]) * shortest);
 }

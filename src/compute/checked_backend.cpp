@@ -17,7 +17,7 @@ struct Comparison {
     double largest_rel = 0;
 };
 
-// Not a number on one side only counts as an infinite difference.
+// Not a number on one side only counts as an infinite difference; which one it is says nothing.
 template <class T>
 Comparison compare(const std::vector<std::byte>& a, const std::vector<std::byte>& b) {
     Comparison result;
@@ -28,7 +28,7 @@ Comparison compare(const std::vector<std::byte>& a, const std::vector<std::byte>
         std::memcpy(&y, &b[i], sizeof y);
         if (std::isfinite(static_cast<double>(x)))
             largest = std::max(largest, std::abs(static_cast<double>(x)));
-        if (std::memcmp(&x, &y, sizeof x) == 0) continue;
+        if (std::memcmp(&x, &y, sizeof x) == 0 || (x != x && y != y)) continue;
         ++result.different;
         const double d = std::abs(static_cast<double>(x) - static_cast<double>(y));
         difference = std::isnan(d) ? std::numeric_limits<double>::infinity() : std::max(difference, d);

@@ -309,6 +309,93 @@ Result<bool> DeviceSolver::search_line(const Objective& objective, double slope,
     return false;
 }
 
+void DeviceSolver::record_gradient(const Objective& o) {
+    recorder_.dispatch(
+        device_.precision,
+        args::dof_gradient{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                           device_.cell_weight.ref(), device_.ball_offset.ref(), device_.ball_item.ref(),
+                           device_.pattern.ref(), gradient_.ref(), block_.ref(), static_cast<float>(o.eps),
+                           static_cast<float>(o.shape_weight), static_cast<float>(o.penalty_weight),
+                           static_cast<float>(o.theta), device_.dof_count});
+}
+
+Result<std::vector<Point>> DeviceSolver::read_gradient() {
+    if (auto status = run(); !status) return status.error();
+    auto numbers = device_.read_reals(gradient_, 3 * std::size_t{device_.dof_count});
+    if (!numbers) return numbers.error();
+    std::vector<Point> gradient(device_.dof_count);
+    for (std::size_t d = 0; d < gradient.size(); ++d)
+        gradient[d] = Point((*numbers)[3 * d], (*numbers)[3 * d + 1], (*numbers)[3 * d + 2]) / device_.unit;
+    return gradient;
+}
+
+Result<std::vector<Point>> DeviceSolver::compute_gradient(const Objective& objective) {
+    record_gradient(objective);
+    return read_gradient();
+}
+
+Result<std::vector<Point>> DeviceSolver::compute_difference_gradient(Energy energy, double eps,
+                                                                     double step_rel) {
+    recorder_.dispatch(device_.precision,
+                       args::difference_gradient{
+                           device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
+                           device_.cell_weight.ref(), device_.ball_offset.ref(), device_.ball_item.ref(),
+                           device_.pattern.ref(), gradient_.ref(), static_cast<std::uint32_t>(energy),
+                           static_cast<float>(eps), static_cast<float>(step_rel), device_.dof_count});
+    return read_gradient();
+}
+
+Result<std::vector<double>> DeviceSolver::sweep_untangle(double box_rel) {
+    if (device_.precision != compute::Precision::f64)
+        return make_error(ErrorCode::usage, "compute", "untangle_vertex", "linear programs need f64");
+    // Rows of a dof's program: the box's six and one a tetrahedron.
+    const DofBalls balls = compute_dof_balls(*device_.problem);
+    std::vector<std::uint32_t> offset;
+    std::uint32_t widest = 0;
+    for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
+        std::uint32_t rows = 0;
+        for (std::uint32_t dof : device_.colours[c]) {
+            offset.push_back(rows);
+            rows += 6 + 32 * (balls.offset[dof + 1] - balls.offset[dof]);
+        }
+        widest = std::max(widest, rows);
+    }
+    auto offsets = compute::create_array<std::uint32_t>(*device_.backend, offset, "rows of linear programs");
+    if (!offsets) return offsets.error();
+    auto scratch = device_.create_reals(4 * std::size_t{widest}, "linear programs");
+    if (!scratch) return scratch.error();
+    for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
+        const std::size_t first = 4 * device_.colours.offset[c];
+        recorder_.dispatch(device_.precision,
+                           args::untangle_vertex{device_.points.ref(), device_.cells.ref(),
+                                                 device_.inverse_length.ref(), device_.cell_weight.ref(),
+                                                 device_.ball_offset.ref(), device_.ball_item.ref(),
+                                                 device_.pattern.ref(), device_.dof_vertex.ref(),
+                                                 device_.dof_list.ref(first), offsets->ref(first),
+                                                 scratch->ref(), raised_.ref(), static_cast<float>(box_rel),
+                                                 static_cast<std::uint32_t>(device_.colours[c].size())});
+        constrain(device_.points);
+    }
+    if (auto status = run(); !status) return status.error();
+    auto in_order = device_.read_reals(raised_, device_.dof_count);
+    if (!in_order) return in_order.error();
+    return in_order;
+}
+
+Status DeviceSolver::step_hyperelastic(double relaxation) {
+    recorder_.copy(device_.points.ref(), trial_.ref(), device_.vertex_count * device_.point_bytes());
+    recorder_.dispatch(device_.precision,
+                       args::hyperelastic_step{device_.points.ref(), device_.cells.ref(),
+                                               device_.inverse_length.ref(), device_.cell_weight.ref(),
+                                               device_.ball_offset.ref(), device_.ball_item.ref(),
+                                               device_.pattern.ref(), device_.dof_vertex.ref(), trial_.ref(),
+                                               static_cast<float>(relaxation), device_.dof_count});
+    constrain(trial_);
+    const Status status = run();
+    if (status) std::swap(device_.points, trial_);
+    return status;
+}
+
 Result<NewtonResult> DeviceSolver::minimise(const Objective& objective, const NewtonOptions& options,
                                             const Budget& budget) {
     NewtonResult result;
@@ -316,14 +403,7 @@ Result<NewtonResult> DeviceSolver::minimise(const Objective& objective, const Ne
     if (!value) return value.error();
     result.start = *value;
     while (result.steps < options.max_steps && device_.dof_count > 0 && !budget.exhausted()) {
-        recorder_.dispatch(
-            device_.precision,
-            args::dof_gradient{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
-                               device_.cell_weight.ref(), device_.ball_offset.ref(), device_.ball_item.ref(),
-                               device_.pattern.ref(), gradient_.ref(), block_.ref(),
-                               static_cast<float>(objective.eps), static_cast<float>(objective.shape_weight),
-                               static_cast<float>(objective.penalty_weight),
-                               static_cast<float>(objective.theta), device_.dof_count});
+        record_gradient(objective);
         auto iterations = solve(&objective, options.cg_tolerance, options.cg_max_iterations);
         if (!iterations) return iterations.error();
         result.cg_iterations += *iterations;

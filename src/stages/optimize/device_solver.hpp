@@ -36,6 +36,19 @@ class DeviceSolver {
     /// One Laplacian pass, colour after colour.
     Status sweep_laplacian(bool smart);
 
+    /// Deepest-point linear program for each dof, colour after colour (thesis 4.2.3, method.md); f64 only.
+    /// box_rel: how far a dof may go, in target lengths. Returns what each dof's program reached: the least J
+    /// / |dJ/dd|.
+    Result<std::vector<double>> sweep_untangle(double box_rel);
+    /// One Jacobi step of weighted steepest descent on the hyper-elastic energy (thesis 3.2 and section 3.6).
+    Status step_hyperelastic(double relaxation);
+
+    /// Gradient of the objective by each dof, per model unit.
+    Result<std::vector<Point>> compute_gradient(const Objective& objective);
+    /// The same of an energy by forward differences (thesis 4.24); step_rel: step over the mean target
+    /// length.
+    Result<std::vector<Point>> compute_difference_gradient(Energy energy, double eps, double step_rel);
+
     /// Keeps the positions on the device, and brings them back.
     Status save();
     Status restore();
@@ -46,6 +59,8 @@ class DeviceSolver {
     explicit DeviceSolver(DeviceProblem& device) : device_(device) {}
     Status allocate();
     Status run();
+    void record_gradient(const Objective& objective);
+    Result<std::vector<Point>> read_gradient();
     void constrain(const compute::Buffer& points);
     void reduce(bool sum, compute::BufferRef source, std::uint32_t count, compute::BufferRef target);
     void dot(const compute::Buffer& a, const compute::Buffer& b, compute::BufferRef target);
