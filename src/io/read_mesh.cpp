@@ -8,9 +8,9 @@
 
 namespace hexopt {
 
-namespace {
-
 using namespace io_detail;
+
+namespace {
 
 Result<MeshFile> read_by_content(const std::string& file, std::string_view bytes, Context& context) {
     if (looks_like_legacy_vtk(bytes)) return read_legacy_vtk(file, bytes, context);
@@ -30,6 +30,7 @@ Status add_hanging(const std::string& file, HexMesh& mesh, const Context& contex
     Result<RecognisedHanging> found = recognise_hanging(mesh, {}, context.parallel());
     if (!found) {
         Error error = found.error();
+        error.stage = "read";
         error.where = error.where.empty() ? file : file + ": " + error.where;
         return error;
     }
@@ -43,15 +44,20 @@ Status add_hanging(const std::string& file, HexMesh& mesh, const Context& contex
 
 } // namespace
 
+Result<MeshFile> io_detail::read_mesh_bytes(const std::string& file, std::string_view bytes, Context& context,
+                                            const ReadOptions& options) {
+    Result<MeshFile> content = read_by_content(file, bytes, context);
+    if (!content || !options.recognise_hanging) return content;
+    if (Status status = add_hanging(file, content->mesh, context); !status) return status.error();
+    return content;
+}
+
 Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& context,
                                 const ReadOptions& options) {
     try {
         const Result<FileBytes> bytes = read_file(path, context);
         if (!bytes) return bytes.error();
-        Result<MeshFile> file = read_by_content(path.string(), bytes->view(), context);
-        if (!file || !options.recognise_hanging) return file;
-        if (Status status = add_hanging(path.string(), file->mesh, context); !status) return status.error();
-        return file;
+        return read_mesh_bytes(path.string(), bytes->view(), context, options);
     } catch (const std::bad_alloc&) {
         return make_error(ErrorCode::out_of_memory, "read", path.string(), "no memory for this mesh");
     }

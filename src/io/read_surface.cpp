@@ -19,21 +19,21 @@ Error bad(const std::string& file, std::string reason, std::string advice) {
     return Error{ErrorCode::bad_input, "read", file, {std::move(reason), std::move(advice)}};
 }
 
-bool has_extension(const std::filesystem::path& path, std::string_view wanted) {
-    std::string extension = path.extension().string();
+bool has_extension(const std::string& file, std::string_view wanted) {
+    std::string extension = std::filesystem::path(file).extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return extension == wanted;
 }
 
 using Reader = bool (*)(Scanner&, SurfaceBuilder&);
 
-Reader choose_reader(const std::filesystem::path& path, std::string_view bytes) {
+Reader choose_reader(const std::string& file, std::string_view bytes) {
     if (looks_like_ply(bytes)) return read_ply;
     if (looks_like_off(bytes)) return read_off;
     if (looks_like_binary_stl(bytes)) return read_binary_stl;
     if (looks_like_ascii_stl(bytes)) return read_ascii_stl;
-    if (looks_like_obj(bytes) || has_extension(path, ".obj")) return read_obj;
-    if (has_extension(path, ".stl")) return read_binary_stl; // which says what is wrong with its size
+    if (looks_like_obj(bytes) || has_extension(file, ".obj")) return read_obj;
+    if (has_extension(file, ".stl")) return read_binary_stl; // which says what is wrong with its size
     return nullptr;
 }
 
@@ -70,21 +70,6 @@ void compact_patches(TriangleSoup& soup) {
     for (Index& patch : soup.patch) patch = renumbered[patch];
 }
 
-Result<TriangleSoup> read_by_content(const std::filesystem::path& path, std::string_view bytes,
-                                     const Context& context) {
-    const std::string file = path.string();
-    const Reader reader = choose_reader(path, bytes);
-    if (reader == nullptr) return bad(file, "no surface format that is known", "give STL, OBJ, OFF or PLY");
-    Scanner scanner(file, bytes);
-    SurfaceBuilder builder(context);
-    if (!reader(scanner, builder) || !scanner.ok()) return scanner.error();
-    if (context.is_cancelled())
-        return make_error(ErrorCode::cancelled, "read", file, "cancelled while reading");
-    if (Status status = check(file, builder.soup); !status) return status.error();
-    compact_patches(builder.soup);
-    return std::move(builder.soup);
-}
-
 } // namespace
 
 Index SurfaceBuilder::patch_of(const std::string& name) {
@@ -108,11 +93,25 @@ bool io_detail::take_id(Scanner& scanner, std::int64_t value, Index& id) {
     return true;
 }
 
+Result<TriangleSoup> io_detail::read_surface_bytes(const std::string& file, std::string_view bytes,
+                                                   const Context& context) {
+    const Reader reader = choose_reader(file, bytes);
+    if (reader == nullptr) return bad(file, "no surface format that is known", "give STL, OBJ, OFF or PLY");
+    Scanner scanner(file, bytes);
+    SurfaceBuilder builder(context);
+    if (!reader(scanner, builder) || !scanner.ok()) return scanner.error();
+    if (context.is_cancelled())
+        return make_error(ErrorCode::cancelled, "read", file, "cancelled while reading");
+    if (Status status = check(file, builder.soup); !status) return status.error();
+    compact_patches(builder.soup);
+    return std::move(builder.soup);
+}
+
 Result<TriangleSoup> read_surface(const std::filesystem::path& path, Context& context) {
     try {
         const Result<FileBytes> bytes = read_file(path, context);
         if (!bytes) return bytes.error();
-        return read_by_content(path, bytes->view(), context);
+        return read_surface_bytes(path.string(), bytes->view(), context);
     } catch (const std::bad_alloc&) {
         return make_error(ErrorCode::out_of_memory, "read", path.string(), "no memory for this surface");
     }

@@ -7,6 +7,10 @@
 /// One reader a format. Each gets the whole file in memory; `file` is its name for messages.
 namespace hexopt::io_detail {
 
+/// read_mesh_file() of a file that is in memory already.
+Result<MeshFile> read_mesh_bytes(const std::string& file, std::string_view bytes, Context& context,
+                                 const ReadOptions& options);
+
 bool looks_like_legacy_vtk(std::string_view bytes);
 Result<MeshFile> read_legacy_vtk(const std::string& file, std::string_view bytes, Context& context);
 

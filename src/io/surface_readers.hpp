@@ -11,6 +11,10 @@
 /// error. Coordinates and the range of ids are checked afterwards by read_surface().
 namespace hexopt::io_detail {
 
+/// read_surface() of a file that is in memory already.
+Result<TriangleSoup> read_surface_bytes(const std::string& file, std::string_view bytes,
+                                        const Context& context);
+
 /// What a surface reader collects.
 struct SurfaceBuilder {
     explicit SurfaceBuilder(const Context& lent) : context(lent) {}
