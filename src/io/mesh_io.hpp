@@ -39,7 +39,7 @@ struct ReadOptions {
     bool recognise_hanging = true;
 };
 
-/// Reads a mesh of hexahedra: legacy VTK, VTU, MEDIT (.mesh, .meshb) or Gmsh (.msh 2.2, 4.1), told apart by
+/// Reads a mesh of hexahedra: legacy VTK, VTU, MEDIT (.mesh) or Gmsh (.msh 2.2, 4.1), told apart by
 /// content, whatever the name. Vertices keep their order, cells theirs. Formats, arrays and limits:
 /// docs/io.md.
 ///

@@ -1,5 +1,6 @@
 #include "io/mesh_builder.hpp"
 #include "io/readers.hpp"
+#include "io/scalar.hpp"
 #include "io/scanner.hpp"
 
 #include <algorithm>
@@ -224,6 +225,16 @@ Result<MeshFile> MeditReader::read() {
 bool looks_like_medit(std::string_view bytes) {
     Scanner scanner("", bytes.substr(0, 65536), kComment);
     return scanner.token().starts_with("MeshVersionFormatted");
+}
+
+/// The number 1, whose byte order tells that of the file, and a version.
+bool looks_like_binary_medit(std::string_view bytes) {
+    if (bytes.size() < 8) return false;
+    for (std::endian order : {std::endian::little, std::endian::big}) {
+        const auto version = load<std::int32_t>(bytes.data() + 4, order);
+        if (load<std::int32_t>(bytes.data(), order) == 1 && version >= 1 && version <= 4) return true;
+    }
+    return false;
 }
 
 Result<MeshFile> read_medit(const std::string& file, std::string_view bytes, Context& context) {

@@ -17,6 +17,11 @@ Result<MeshFile> read_by_content(const std::string& file, std::string_view bytes
     if (looks_like_vtu(bytes)) return read_vtu(file, bytes, context);
     if (looks_like_medit(bytes)) return read_medit(file, bytes, context);
     if (looks_like_gmsh(bytes)) return read_gmsh(file, bytes, context);
+    if (looks_like_binary_medit(bytes))
+        return Error{ErrorCode::bad_input,
+                     "read",
+                     file,
+                     {"binary MEDIT (.meshb) is not supported", "convert it to text (.mesh)"}};
     return Error{
         ErrorCode::bad_input,
         "read",

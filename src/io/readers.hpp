@@ -18,6 +18,7 @@ bool looks_like_vtu(std::string_view bytes);
 Result<MeshFile> read_vtu(const std::string& file, std::string_view bytes, Context& context);
 
 bool looks_like_medit(std::string_view bytes);
+bool looks_like_binary_medit(std::string_view bytes);
 Result<MeshFile> read_medit(const std::string& file, std::string_view bytes, Context& context);
 
 bool looks_like_gmsh(std::string_view bytes);

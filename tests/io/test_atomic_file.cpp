@@ -1,5 +1,6 @@
 #include "io/atomic_file.hpp"
 #include "io/scratch.hpp"
+#include "support/skip.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -93,8 +94,7 @@ TEST_CASE("a full disk keeps the earlier file and leaves no temporary") {
     const fs::path disk = scratch / "disk";
     fs::create_directory(disk);
     if (::mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=64k") != 0) {
-        WARN("SKIPPED: cannot mount a small tmpfs here: " << std::strerror(errno));
-        return;
+        HEXOPT_SKIP(std::string("cannot mount a small tmpfs here: ") + std::strerror(errno));
     }
     const Context context(1);
     const fs::path path = disk / "a.txt";

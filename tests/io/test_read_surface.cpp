@@ -1,6 +1,7 @@
 #include "io/read_surface.hpp"
 #include "io/scratch.hpp"
 #include "io/surface_samples.hpp"
+#include "support/skip.hpp"
 
 #include <cstring>
 #include <sstream>
@@ -154,8 +155,7 @@ TEST_CASE("binary STL with a wrong count is refused or its rest named") {
 TEST_CASE("the real surfaces have the triangles and vertices of their manifest") {
     const fs::path folder = fs::path(HEXOPT_SHARED_DATA) / "geometry";
     if (!fs::exists(folder)) {
-        WARN("SKIPPED: " << folder << " is absent");
-        return;
+        HEXOPT_SKIP(folder.string() + " is absent");
     }
     std::istringstream manifest(test::slurp(folder / "manifest.csv"));
     std::string line;

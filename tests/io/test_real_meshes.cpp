@@ -1,5 +1,6 @@
 #include "io/mesh_io.hpp"
 #include "io/scratch.hpp"
+#include "support/skip.hpp"
 
 #include <sstream>
 
@@ -23,8 +24,7 @@ std::size_t number_after(const std::string& text, const std::string& word) {
 TEST_CASE("the real meshes are read whole") {
     const fs::path folder = fs::path(HEXOPT_SHARED_DATA) / "hexmeshes";
     if (!fs::exists(folder)) {
-        WARN("SKIPPED: " << folder << " is absent");
-        return;
+        HEXOPT_SKIP(folder.string() + " is absent");
     }
     std::size_t meshes = 0;
     for (const auto& entry : fs::directory_iterator(folder)) {
