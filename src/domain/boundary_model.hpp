@@ -52,7 +52,7 @@ struct AssociationReport {
     std::size_t unmatched_corners = 0;   ///< corners of the surface that no vertex is bound to
     std::size_t unmatched_curves = 0;    ///< curves that no mesh edge follows
     std::size_t unmatched_vertices = 0;  ///< feature vertices of the mesh without a curve within `reach`
-    std::size_t dropped_triangles = 0;   ///< without area or given twice
+    std::size_t dropped_triangles = 0;   ///< with two equal vertices, or given twice
     std::size_t open_edges = 0;          ///< of the surface: used by one triangle; features
     std::size_t nonmanifold_edges = 0;   ///< of the surface: used by more than two; features
 };
@@ -203,13 +203,13 @@ Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& 
 /// on common edges are equal (but repeated) and nothing gapes. Patches: those of mesh.boundary.
 TriangleSoup boundary_soup(const HexMesh& mesh, const Topology& topology);
 
-/// A given surface, on which the mesh's boundary is to lie. Equal vertices are merged; triangles without area
-/// or given twice are dropped. Features as above, from the triangles' normals and soup.patch; open and
-/// non-manifold edges are features. The mesh's corners are bound to corners and its curves to curves within
-/// options.reach; its other boundary vertices to the nearest patch, preferring the one that the neighbours
-/// are bound to; vertices that lie on a corner or curve are bound to it even where the mesh has no feature.
-/// What does not match is in association_report(). Errors: usage; bad_input where an id is out of range, a
-/// coordinate is not finite or no triangle is left; cancelled.
+/// A given surface, on which the mesh's boundary is to lie. Equal vertices are merged; triangles with
+/// two equal vertices or given twice are dropped. Features as above, from the triangles' normals and
+/// soup.patch; open and non-manifold edges are features. The mesh's corners are bound to corners and its
+/// curves to curves within options.reach; its other boundary vertices to the nearest patch, preferring the
+/// one that the neighbours are bound to; vertices that lie on a corner or curve are bound to it even where
+/// the mesh has no feature. What does not match is in association_report(). Errors: usage; bad_input where an
+/// id is out of range, a coordinate is not finite or no triangle is left; cancelled.
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
                                            const TriangleSoup& surface, const BoundaryOptions& options,
                                            Context& context);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <numeric>
@@ -53,20 +54,77 @@ Point normal_of(const Point& a, const Point& b, const Point& c) {
     return length > 1e-12 * longest2 ? n / length : Point(0);
 }
 
-void count_irregular_edges(CleanSurface& surface) {
-    std::vector<std::array<Index, 2>> edges;
-    for (const auto& t : surface.triangles)
-        for (int k = 0; k < 3; ++k) {
-            const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-            edges.push_back({low, high});
-        }
-    std::sort(edges.begin(), edges.end());
-    for (std::size_t i = 0; i < edges.size();) {
+struct EdgeUse {
+    std::array<Index, 2> edge; ///< smaller vertex first
+    Index triangle;
+    auto operator<=>(const EdgeUse&) const = default;
+};
+
+std::array<Index, 2> edge_of(const std::array<Index, 3>& triangle, int k) {
+    const auto [low, high] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
+    return {low, high};
+}
+
+std::vector<EdgeUse> collect_edges(const CleanSurface& surface) {
+    std::vector<EdgeUse> uses;
+    uses.reserve(3 * surface.triangles.size());
+    for (Index t = 0; t < surface.triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) uses.push_back({edge_of(surface.triangles[t], k), t});
+    std::sort(uses.begin(), uses.end());
+    return uses;
+}
+
+void count_irregular_edges(const std::vector<EdgeUse>& uses, CleanSurface& surface) {
+    for (std::size_t i = 0; i < uses.size();) {
         std::size_t end = i + 1;
-        while (end < edges.size() && edges[end] == edges[i]) ++end;
+        while (end < uses.size() && uses[end].edge == uses[i].edge) ++end;
         if (end - i == 1) ++surface.open_edges;
         if (end - i > 2) ++surface.nonmanifold_edges;
         i = end;
+    }
+}
+
+/// The neighbour's normal, as seen from a triangle that may run the other way round, or zero.
+Point normal_across(const CleanSurface& surface, const std::vector<EdgeUse>& uses, Index triangle, int k) {
+    const auto& own = surface.triangles[triangle];
+    const std::array<Index, 2> edge = edge_of(own, k);
+    const auto first = std::lower_bound(uses.begin(), uses.end(), EdgeUse{edge, 0});
+    for (auto use = first; use != uses.end() && use->edge == edge; ++use) {
+        const Point normal = surface.polygons.normal[use->triangle];
+        if (use->triangle == triangle || normal == Point(0)) continue;
+        const auto& other = surface.triangles[use->triangle];
+        for (int j = 0; j < 3; ++j)
+            if (other[j] == own[k] && other[(j + 1) % 3] == own[(k + 1) % 3]) return -normal;
+        return normal;
+    }
+    return Point(0);
+}
+
+/// A triangle whose vertices lie on a line closes the gap between its neighbours: it takes the normal of the
+/// one beside its longest edge, so that a crease shows between it and the others.
+void lend_normals(const std::vector<EdgeUse>& uses, CleanSurface& surface) {
+    std::vector<Index> without;
+    for (Index t = 0; t < surface.triangles.size(); ++t)
+        if (surface.polygons.normal[t] == Point(0)) without.push_back(t);
+    for (bool lent = true; lent && !without.empty();) {
+        lent = false;
+        std::vector<Index> still;
+        for (Index t : without) {
+            const auto length = [&](int k) {
+                const auto edge = edge_of(surface.triangles[t], k);
+                return glm::length(surface.vertices[edge[0]] - surface.vertices[edge[1]]);
+            };
+            std::array<int, 3> order = {0, 1, 2};
+            std::sort(order.begin(), order.end(),
+                      [&](int i, int j) { return length(i) != length(j) ? length(i) > length(j) : i < j; });
+            Point normal(0);
+            for (int k : order)
+                if (normal == Point(0)) normal = normal_across(surface, uses, t, k);
+            if (normal == Point(0)) still.push_back(t);
+            lent = lent || normal != Point(0);
+            surface.polygons.normal[t] = normal;
+        }
+        without = std::move(still);
     }
 }
 
@@ -99,23 +157,27 @@ Result<CleanSurface> clean_surface(const TriangleSoup& soup) {
     for (auto& t : merged)
         for (Index& v : t) v = first[v];
     const std::vector<std::uint8_t> repeated = find_repeated(merged);
+    bool area = false;
     for (Index t = 0; t < merged.size(); ++t) {
         const auto& v = merged[t];
-        const Point normal = normal_of(soup.vertices[v[0]], soup.vertices[v[1]], soup.vertices[v[2]]);
-        if (repeated[t] || normal == Point(0)) {
+        if (repeated[t] || v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
             ++surface.dropped_triangles;
             continue;
         }
         surface.triangles.push_back(v);
         surface.source.push_back(t);
-        surface.polygons.normal.push_back(normal);
+        surface.polygons.normal.push_back(
+            normal_of(soup.vertices[v[0]], soup.vertices[v[1]], soup.vertices[v[2]]));
+        area = area || surface.polygons.normal.back() != Point(0);
         surface.polygons.patch.push_back(soup.patch.empty() ? 0 : soup.patch[t]);
         surface.polygons.vertex.item.insert(surface.polygons.vertex.item.end(), v.begin(), v.end());
         surface.polygons.vertex.offset.push_back(surface.polygons.vertex.item.size());
     }
-    if (surface.triangles.empty())
+    if (!area)
         return bad_surface("", fmt::format("no triangle with an area among {}", soup.triangles.size()));
-    count_irregular_edges(surface);
+    const std::vector<EdgeUse> uses = collect_edges(surface);
+    count_irregular_edges(uses, surface);
+    lend_normals(uses, surface);
     return surface;
 }
 

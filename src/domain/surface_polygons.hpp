@@ -17,9 +17,10 @@ struct CleanSurface {
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
 };
 
-/// Checks and cleans a soup. Triangles without area (a normal that rounding leaves undetermined) and those
-/// given twice are dropped. Errors (bad_input): an id out of range, a coordinate that is not finite, a wrong
-/// number of patches, no triangle left.
+/// Checks and cleans a soup. Triangles with two equal vertices and those given twice are dropped. One whose
+/// vertices lie on a line is kept, for its neighbours hang together through it, and takes a neighbour's
+/// normal. Errors (bad_input): an id out of range, a coordinate that is not finite, a wrong number of
+/// patches, no triangle with an area.
 Result<CleanSurface> clean_surface(const TriangleSoup& soup);
 
 } // namespace hexopt
