@@ -12,7 +12,8 @@ namespace hexopt {
 
 namespace {
 
-constexpr std::uint16_t kNoSlot = 0xFFFF;
+constexpr std::uint8_t kNoSlot = 0xFF;  ///< the block belongs to no dof
+constexpr std::uint8_t kFarSlot = 0xFE; ///< too far along its row for a byte: searched for
 constexpr std::size_t kRowChunk = 256;
 constexpr std::size_t kVectorChunk = 4096;
 
@@ -59,8 +60,9 @@ BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
                             b = problem.vertex_dof(problem.cells()[c][j]);
                 if (a == kNoIndex || b == kNoIndex) continue;
                 const Index row = std::min(a, b);
+                const std::size_t slot = find(row, std::max(a, b)) - offset_[row];
                 slot_[36 * c + hessian_block(i, j)] =
-                    static_cast<std::uint16_t>(find(row, std::max(a, b)) - offset_[row]);
+                    slot < kFarSlot ? static_cast<std::uint8_t>(slot) : kFarSlot;
             }
     }
 }
@@ -78,12 +80,15 @@ void BlockMatrix::add_cell(std::size_t cell, const float* block, std::size_t str
     const Cell& vertices = problem_->cells()[cell];
     Index dof[8];
     for (int k = 0; k < 8; ++k) dof[k] = problem_->vertex_dof(vertices[k]);
-    const std::uint16_t* slot = &slot_[36 * cell];
+    const std::uint8_t* slot = &slot_[36 * cell];
     for (int i = 0; i < 8; ++i)
         for (int j = i; j < 8; ++j) {
             const int b = hessian_block(i, j);
             if (slot[b] == kNoSlot) continue;
-            float* to = &value_[9 * (offset_[std::min(dof[i], dof[j])] + slot[b])];
+            const Index row = std::min(dof[i], dof[j]);
+            const std::size_t place =
+                slot[b] == kFarSlot ? find(row, std::max(dof[i], dof[j])) : offset_[row] + slot[b];
+            float* to = &value_[9 * place];
             const float* from = block + 9 * static_cast<std::size_t>(b) * stride;
             if (dof[i] <= dof[j])
                 for (std::size_t k = 0; k < 9; ++k) to[k] += from[k * stride];
@@ -187,7 +192,8 @@ double dot(std::span<const Point> a, std::span<const Point> b, const Parallel& p
 CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span<const Freedom> freedom,
                   std::span<Point> x, double tolerance, int max_iterations, const Parallel& parallel) {
     const std::size_t n = matrix.rows();
-    std::vector<Point> r(n), z(n), p(n), q(n);
+    std::vector<Point> r(n), p(n), q(n);
+    std::vector<Point>& z = q; // the preconditioned residual is needed only while A p is not
     std::vector<glm::mat3> inverse(n);
     parallel.for_each(n, 512, [&](std::size_t i) {
         inverse[i] = inverse_diagonal(matrix.diagonal(i), freedom.empty() ? nullptr : &freedom[i]);

@@ -33,8 +33,8 @@ class BlockMatrix {
     const Problem* problem_;
     std::vector<std::size_t> offset_; ///< per row; the diagonal comes first, columns rise
     std::vector<Index> column_;
-    std::vector<float> value_;        ///< 9 a block
-    std::vector<std::uint16_t> slot_; ///< 36 a cell: place of a block within its row, kNoSlot if it has none
+    std::vector<float> value_;       ///< 9 a block
+    std::vector<std::uint8_t> slot_; ///< 36 a cell: place of a block within its row, kNoSlot if it has none
     ChunkSchedule row_schedule_;
 };
 

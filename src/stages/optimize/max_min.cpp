@@ -10,6 +10,9 @@ namespace {
 constexpr double kPenaltyWeight = 100;
 constexpr double kMargin = 0.02;
 constexpr int kRings = 3;
+/// Cells times Newton steps that the stage may spend: enough for small meshes to converge, a fixed share for
+/// large ones.
+constexpr double kWorkPerCell = 20, kWorkAtLeast = 4e6;
 constexpr double kWorthwhile = 2e-3; ///< rise of the minimum for which a strategy is kept
 
 /// How far to raise the threshold above the minimum, and how much the shape of all cells counts meanwhile.
@@ -94,6 +97,7 @@ class MaxMin {
         Problem whole(*movement.mesh, *movement.topology, movement.movable);
         whole.update_lengths(positions, budget.parallel());
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
+        work_left_ += kWorkPerCell * static_cast<double>(movement.mesh->cell_count());
         measure_ = measure_cells(whole, positions, budget.parallel());
         place_.assign(movement.mesh->cell_count(), kNoIndex);
         for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
@@ -105,7 +109,7 @@ class MaxMin {
         int tries_in_vain = 0;
         std::size_t strategy = 0;
         while (tries_in_vain < static_cast<int>(std::size(kStrategies)) && result.min_sj_after < target &&
-               !budget_.exhausted()) {
+               work_left_ > 0 && !budget_.exhausted()) {
             ++result.rounds;
             const double before = result.min_sj_after;
             const Strategy& how = kStrategies[strategy];
@@ -192,6 +196,7 @@ class MaxMin {
         const NewtonResult step =
             newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
         result.newton_steps += step.steps;
+        work_left_ -= static_cast<double>(problem.cell_count()) * (step.steps + 1);
         result.cg_iterations += step.cg_iterations;
     }
 
@@ -199,6 +204,7 @@ class MaxMin {
     std::vector<Point>& positions_;
     double eps_;
     Budget& budget_;
+    double work_left_ = kWorkAtLeast;
     std::vector<Index> cell_id_, place_;
     std::vector<CellMeasure> measure_;
     std::vector<Point> saved_;

@@ -71,7 +71,7 @@ class RobustRun {
         };
         if (const auto bad = count_bad(); bad > 0) {
             const std::vector<Point> before = positions_;
-            stats_.cg_iterations += harmonic_start(problem, positions_, topology_.on_boundary, budget_);
+            stats_.cg_iterations += harmonic_start(newton, topology_.on_boundary, budget_);
             if (count_bad() >= bad) positions_ = before;
         }
         finish_untangling(newton);

@@ -23,9 +23,11 @@ double garanzha_eps(double eps, double least, double energy_before, double energ
     return 1e-9;
 }
 
-int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<const std::uint8_t> on_boundary,
-                   Budget& budget) {
-    BlockMatrix matrix(problem);
+int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Budget& budget) {
+    const Problem& problem = newton.problem();
+    BlockMatrix& matrix = newton.matrix();
+    std::vector<Point>& positions = newton.positions();
+    matrix.set_zero();
     std::vector<Point> rhs(problem.dof_count(), Point(0)), step(problem.dof_count());
     const auto fixed = [&](Index dof) { return on_boundary[problem.dof_vertex()[dof]] != 0; };
     for (std::size_t c = 0; c < problem.cell_count(); ++c) {

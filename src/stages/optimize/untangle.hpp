@@ -6,9 +6,9 @@ namespace hexopt {
 
 /// Solves the weighted graph Laplacian for the free dofs, boundary fixed: a start from which tangled
 /// interiors unfold at once. Exact for lattices across levels (weight V/length^2 per cell and edge).
-/// Positions of boundary dofs that may slide stay. Returns the number of CG iterations.
-int harmonic_start(Problem& problem, std::vector<Point>& positions, std::span<const std::uint8_t> on_boundary,
-                   Budget& budget);
+/// Positions of boundary dofs that may slide stay. Uses the solver's matrix. Returns the
+/// number of CG iterations.
+int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Budget& budget);
 
 /// Garanzha's update: how far eps may fall so that the energy of the worst element still falls. least: min J.
 double garanzha_eps(double eps, double least, double energy_before, double energy_after);
