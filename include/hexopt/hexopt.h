@@ -134,15 +134,16 @@ typedef enum hexopt_energy {
     HEXOPT_ENERGY_STRUCTURAL = 0,
     HEXOPT_ENERGY_SHAPE = 1,
     HEXOPT_ENERGY_HYPERELASTIC = 2,
-    HEXOPT_ENERGY_REGULARISED = 3
+    HEXOPT_ENERGY_REGULARISED = 3,
+    HEXOPT_ENERGY_AUTOMATIC = 4 /**< robust: regularised, thesis: structural */
 } hexopt_energy;
 typedef enum hexopt_boundary { HEXOPT_BOUNDARY_FIXED = 0, HEXOPT_BOUNDARY_SLIDE = 1 } hexopt_boundary;
 
 typedef struct hexopt_optimize_options {
     size_t struct_size;
     uint32_t version;
-    hexopt_method method;     /**< robust */
-    hexopt_energy energy;     /**< regularised */
+    hexopt_method method;     /**< robust; thesis needs the boundary fixed */
+    hexopt_energy energy;     /**< automatic; robust: regularised, or shape (untangled input), thesis: any */
     int32_t decomposition;    /**< 8, 24 or 32 tetrahedra a cell; 32 */
     hexopt_boundary boundary; /**< slide */
     double feature_angle_deg; /**< boundary edges are features above it, 0..180; 35 */
@@ -154,8 +155,8 @@ typedef struct hexopt_optimize_options {
 
 #define HEXOPT_OPTIMIZE_OPTIONS_INIT                                                                         \
     {                                                                                                        \
-        sizeof(hexopt_optimize_options), HEXOPT_VERSION, HEXOPT_METHOD_ROBUST, HEXOPT_ENERGY_REGULARISED,    \
-            32, HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000                                          \
+        sizeof(hexopt_optimize_options), HEXOPT_VERSION, HEXOPT_METHOD_ROBUST, HEXOPT_ENERGY_AUTOMATIC, 32,  \
+            HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000                                              \
     }
 
 /** What was reached. Counts are of cells. */

@@ -15,7 +15,7 @@ Result<ImproveOptions> convert(const hexopt_optimize_options& c) {
     const char* const kWhat = "hexopt_optimize_options";
     if (c.method != HEXOPT_METHOD_ROBUST && c.method != HEXOPT_METHOD_THESIS)
         return usage_error(kWhat, "method is unknown");
-    if (c.energy < HEXOPT_ENERGY_STRUCTURAL || c.energy > HEXOPT_ENERGY_REGULARISED)
+    if (c.energy < HEXOPT_ENERGY_STRUCTURAL || c.energy > HEXOPT_ENERGY_AUTOMATIC)
         return usage_error(kWhat, "energy is unknown");
     if (c.boundary != HEXOPT_BOUNDARY_FIXED && c.boundary != HEXOPT_BOUNDARY_SLIDE)
         return usage_error(kWhat, "boundary is unknown");
@@ -51,6 +51,7 @@ static_assert(kDefaults.max_iterations == OptimizeOptions{}.max_iterations);
 static_assert(kDefaults.energy == static_cast<int>(OptimizeOptions{}.energy));
 static_assert(static_cast<int>(Energy::structural) == HEXOPT_ENERGY_STRUCTURAL);
 static_assert(static_cast<int>(Energy::regularised) == HEXOPT_ENERGY_REGULARISED);
+static_assert(static_cast<int>(Energy::automatic) == HEXOPT_ENERGY_AUTOMATIC);
 
 hexopt_optimize_result convert(const ImproveOutcome& outcome, double seconds) {
     hexopt_optimize_result result = HEXOPT_OPTIMIZE_RESULT_INIT;
@@ -60,7 +61,7 @@ hexopt_optimize_result convert(const ImproveOutcome& outcome, double seconds) {
     result.concave32_after = outcome.after.validity.concave_cells;
     result.min_sj_before = outcome.before.validity.min_scaled_jacobian;
     result.min_sj_after = outcome.after.validity.min_scaled_jacobian;
-    result.infeasible = outcome.stats ? outcome.stats->infeasible_cells.size() : 0;
+    result.infeasible = outcome.stats ? outcome.stats->min_bad32 : 0;
     result.max_deviation = outcome.stats ? outcome.stats->max_deviation_used : 0;
     result.seconds = seconds;
     return result;

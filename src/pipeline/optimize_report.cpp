@@ -23,6 +23,7 @@ const char* name_of(Energy energy) {
         return "shape";
     case Energy::hyperelastic:
         return "hyperelastic";
+    case Energy::automatic:
     case Energy::regularised:
         return "regularised";
     }
@@ -44,7 +45,7 @@ int tets_of(Decomposition decomposition) {
 json options_json(const OptimizeJob& job) {
     const OptimizeOptions& o = job.improve.optimize;
     return {{"method", name_of(o.method)},
-            {"energy", name_of(o.energy)},
+            {"energy", name_of(resolved_energy(o))},
             {"decomposition", tets_of(o.decomposition)},
             {"boundary", o.boundary == BoundaryMode::fixed ? "fixed" : "slide"},
             {"surface", job.surface.empty() ? json(nullptr) : json(job.surface.string())},
@@ -58,7 +59,8 @@ json options_json(const OptimizeJob& job) {
 json stats_json(const OptimizeStats& s) {
     return {{"newton_steps", s.newton_steps},     {"sweeps", s.sweeps},
             {"cg_iterations", s.cg_iterations},   {"seconds", s.seconds},
-            {"restored_input", s.restored_input}, {"infeasible_cells", s.infeasible_cells}};
+            {"restored_input", s.restored_input}, {"infeasible_cells", s.infeasible_cells},
+            {"min_concave8", s.min_bad8},         {"min_concave", s.min_bad32}};
 }
 
 json to_json(const DirectedDeviation& d) {

@@ -13,6 +13,7 @@ namespace {
 struct Arguments {
     OptimizeJob job;
     double min_sj = 1;
+    CLI::Option* boundary_option = nullptr;
     CLI::Option* min_sj_option = nullptr;
 };
 
@@ -25,10 +26,12 @@ void add_boundary_options(CLI::App& command, Arguments& arguments) {
     OptimizeOptions& o = arguments.job.improve.optimize;
     static const std::map<std::string, BoundaryMode> kModes = {{"fixed", BoundaryMode::fixed},
                                                                {"slide", BoundaryMode::slide}};
-    command
-        .add_option("--boundary", o.boundary, "fixed | slide (default): along the surface and its features")
-        ->transform(choice(kModes))
-        ->type_name("MODE");
+    arguments.boundary_option =
+        command
+            .add_option("--boundary", o.boundary,
+                        "fixed | slide (default with --method robust): along the surface and its features")
+            ->transform(choice(kModes))
+            ->type_name("MODE");
     command
         .add_option("--surface", arguments.job.surface,
                     "STL, OBJ, OFF or PLY that the boundary slides on; default: the mesh's own boundary")
@@ -45,6 +48,48 @@ void add_boundary_options(CLI::App& command, Arguments& arguments) {
             "diagonal; 0: not at all")
         ->check(CLI::Range(0.0, 0.1))
         ->capture_default_str();
+}
+
+void add_method_options(CLI::App& command, Arguments& arguments) {
+    OptimizeOptions& o = arguments.job.improve.optimize;
+    static const std::map<std::string, OptimizeMethod> kMethods = {{"robust", OptimizeMethod::robust},
+                                                                   {"thesis", OptimizeMethod::thesis}};
+    static const std::map<std::string, Energy> kEnergies = {{"structural", Energy::structural},
+                                                            {"shape", Energy::shape},
+                                                            {"hyperelastic", Energy::hyperelastic},
+                                                            {"regularised", Energy::regularised}};
+    static const std::map<std::string, Decomposition> kDecompositions = {
+        {"8", Decomposition::corner8}, {"24", Decomposition::path24}, {"32", Decomposition::all32}};
+    static const std::map<std::string, UntangleTarget> kTargets = {
+        {"axis", UntangleTarget::axis},
+        {"extended", UntangleTarget::extended},
+        {"deepest", UntangleTarget::deepest_point}};
+    static const std::map<std::string, GradientKind> kGradients = {
+        {"analytic", GradientKind::analytic}, {"differences", GradientKind::finite_difference}};
+    command.add_option("--method", o.method, "robust (default) | thesis: its Algorithms 1-3, boundary fixed")
+        ->transform(choice(kMethods))
+        ->type_name("NAME");
+    command
+        .add_option(
+            "--energy", o.energy,
+            "regularised (default) | shape: for untangled input; with --method thesis also structural "
+            "(its default) | hyperelastic")
+        ->transform(choice(kEnergies))
+        ->type_name("NAME");
+    command
+        .add_option("--decomposition", o.decomposition,
+                    "Tetrahedra a cell to optimize: 8 | 24 | 32 (default)")
+        ->transform(choice(kDecompositions))
+        ->type_name("COUNT");
+    command
+        .add_option(
+            "--untangle", o.untangle,
+            "With --method thesis: axis | extended | deepest (default), the point of the kernel taken")
+        ->transform(choice(kTargets))
+        ->type_name("TARGET");
+    command.add_option("--gradient", o.gradient, "With --method thesis: analytic (default) | differences")
+        ->transform(choice(kGradients))
+        ->type_name("KIND");
 }
 
 void add_termination_options(CLI::App& command, Arguments& arguments) {
@@ -88,11 +133,11 @@ void report_verdict(const Arguments& arguments, const OptimizeJobResult& result,
     case ErrorCode::no_valid_mesh:
         error.reasons = {fmt::format("written, but {} of {} cells are not valid: {}", count_unfit(after),
                                      after.cells, describe_places(outcome.after))};
-        if (outcome.stats && !outcome.stats->infeasible_cells.empty())
+        if (outcome.stats && outcome.stats->min_bad32 > 0)
             error.reasons.push_back(
                 fmt::format("{} of them cannot become valid with this boundary; try --boundary slide, or a "
                             "larger --max-deviation-rel",
-                            outcome.stats->infeasible_cells.size()));
+                            outcome.stats->min_bad32));
         break;
     case ErrorCode::below_target:
         error.reasons = {
@@ -118,6 +163,9 @@ void run_optimize(Arguments& arguments, Session& session) {
         arguments.job.improve.optimize.min_sj = arguments.min_sj;
         arguments.job.improve.target_min_sj = arguments.min_sj;
     }
+    OptimizeOptions& options = arguments.job.improve.optimize;
+    if (options.method == OptimizeMethod::thesis && !*arguments.boundary_option)
+        options.boundary = BoundaryMode::fixed;
     Result<OptimizeJobResult> result = run_optimize_job(arguments.job, session.context());
     if (!result) return session.fail(result.error());
     const ImproveOutcome& outcome = result->outcome;
@@ -138,6 +186,7 @@ void add_optimize(CLI::App& app, Session& session) {
     CLI::App* command = app.add_subcommand("optimize", "Untangle and improve a mesh");
     command->add_option("IN", arguments->job.input, "Mesh: VTK, VTU, MEDIT or Gmsh")->required();
     command->add_option("OUT", arguments->job.output, "Mesh to write: .vtu, .vtk or .mesh")->required();
+    add_method_options(*command, *arguments);
     add_boundary_options(*command, *arguments);
     add_termination_options(*command, *arguments);
     command->add_option("--report", arguments->job.report, "Writes the run as JSON")->type_name("FILE");

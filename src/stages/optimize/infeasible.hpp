@@ -9,9 +9,6 @@
 
 namespace hexopt {
 
-inline constexpr std::uint32_t kCornerTets = 0x11111111u; ///< the 8-tet decomposition in hex::kTetEdge
-inline constexpr std::uint32_t kAllTets = ~0u;
-
 /// What no placing of the movable vertices can mend.
 struct Infeasibility {
     /// Cells that stay bad: a tetrahedron that depends on no movable vertex is not positive. Rising.

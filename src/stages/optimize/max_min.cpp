@@ -94,7 +94,7 @@ class MaxMin {
   public:
     MaxMin(Movement& movement, std::vector<Point>& positions, double eps, Budget& budget)
         : movement_(movement), positions_(positions), eps_(eps), budget_(budget) {
-        Problem whole(*movement.mesh, *movement.topology, movement.movable);
+        Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets);
         whole.update_lengths(positions, budget.parallel());
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
         work_left_ += kWorkPerCell * static_cast<double>(movement.mesh->cell_count());
@@ -138,7 +138,7 @@ class MaxMin {
         for (Index v : opened) movement_.movable[v] = 1;
         const auto moving =
             movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable, seeds, kRings);
-        Problem problem(*movement_.mesh, *movement_.topology, moving);
+        Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets);
         problem.update_lengths(positions_, budget_.parallel());
         saved_.assign(problem.dof_count(), Point(0));
         for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];

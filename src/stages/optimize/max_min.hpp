@@ -14,6 +14,7 @@ struct Movement {
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
     const DeviationGuard* guard = nullptr;  ///< with surface
     double deviation = 0;                   ///< largest admissible deviation of boundary quads, model units
+    std::uint32_t tets = kAllTets;          ///< which tetrahedra count
     double band = 0; ///< how far needy boundary vertices may leave the surface, model units
 };
 

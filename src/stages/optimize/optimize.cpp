@@ -3,7 +3,9 @@
 #include "domain/boundary_model.hpp"
 #include "stages/optimize/hex_kernels.hpp"
 #include "stages/optimize/infeasible.hpp"
+#include "stages/optimize/problem.hpp"
 #include "stages/optimize/robust.hpp"
+#include "stages/optimize/thesis.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -92,6 +94,30 @@ void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const Boun
         stats.min_bad32 == 1 ? "" : "s", stats.min_bad32 == 1 ? "s" : "", stats.min_bad8));
 }
 
+/// Options that exclude one another: each is refused rather than ignored.
+Status check_combination(const OptimizeOptions& o) {
+    const auto usage = [](const char* reason) {
+        return make_error(ErrorCode::usage, "optimize", "", reason);
+    };
+    if (o.method == OptimizeMethod::thesis) {
+        if (o.boundary == BoundaryMode::slide)
+            return usage(
+                "the thesis method keeps the boundary fixed; fix it, or take the robust method to slide");
+        if (o.max_deviation_rel > 0)
+            return usage("a deviation from the surface needs a sliding boundary and the robust method");
+        return Done{};
+    }
+    if (o.energy == Energy::structural || o.energy == Energy::hyperelastic)
+        return usage(
+            "the robust method minimises the regularised or the shape energy; the thesis method also "
+            "offers structural and hyperelastic");
+    if (o.untangle != UntangleTarget::deepest_point)
+        return usage("the untangling target belongs to the thesis method; the robust one has none");
+    if (o.gradient != GradientKind::analytic)
+        return usage("gradients by finite differences belong to the thesis method");
+    return Done{};
+}
+
 Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
              const OptimizeOptions& o) {
     const auto usage = [](std::string reason) {
@@ -106,6 +132,7 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
     if (!(o.min_sj >= -1 && o.min_sj <= 1)) return usage("the target scaled Jacobian must lie in -1..1");
     if (!(o.time_limit_s > 0)) return usage("the time limit must be positive");
     if (o.max_iterations < 1) return usage("the number of iterations must be at least 1");
+    if (const Status status = check_combination(o); !status) return status.error();
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
         if (const Point& p = mesh.positions[v]; !std::isfinite(p.x + p.y + p.z))
             return make_error(ErrorCode::bad_input, "optimize", "vertex " + std::to_string(v),
@@ -124,6 +151,12 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     stats.bad8_before = input.bad8;
     stats.bad32_before = input.bad32;
     stats.min_sj_before = input.min_sj;
+    if (options.method == OptimizeMethod::robust && options.energy == Energy::shape && input.bad32 > 0)
+        return make_error(
+            ErrorCode::usage, "optimize", "",
+            fmt::format("the shape energy needs an untangled input, but {} cells are concave; take "
+                        "the regularised energy",
+                        input.bad32));
 
     std::vector<Point> positions = mesh.positions;
     MeshMeasure best = input;
@@ -135,7 +168,10 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
         mesh.positions = positions;
         improved = true;
     };
-    optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
+    if (options.method == OptimizeMethod::thesis)
+        optimize_thesis(mesh, topology, options, positions, budget, keep_if_better, stats);
+    else
+        optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
 
     stats.bad8_after = best.bad8;
     stats.bad32_after = best.bad32;

@@ -20,27 +20,44 @@ enum class OptimizeMethod {
     thesis, ///< Algorithms 1-3 of the thesis with the printed loop counts
 };
 
-enum class Energy { structural, shape, hyperelastic, regularised };
+/// automatic: the method's own, regularised for robust and structural for thesis.
+enum class Energy { structural, shape, hyperelastic, regularised, automatic };
 
 enum class Decomposition { corner8, path24, all32 };
 
 enum class BoundaryMode { fixed, slide };
 
+/// Where Algorithm 1 puts a vertex: the mean of the kernel's extreme points along the six axis directions
+/// (4.11); the same, and along twenty more where that fails (4.12, as printed); or the kernel's deepest
+/// point, with vertices that block one another untangled together.
 enum class UntangleTarget { axis, extended, deepest_point };
+
+/// finite_difference: (4.24), as printed.
+enum class GradientKind { analytic, finite_difference };
 
 /// What the optimizer may do. Lengths are in model units unless the name says otherwise.
 struct OptimizeOptions {
     OptimizeMethod method = OptimizeMethod::robust;
-    Energy energy = Energy::regularised;
+    /// robust: regularised, or shape, which is the same but refuses a tangled input; thesis: any.
+    Energy energy = Energy::automatic;
+    /// Which tetrahedra are optimized; all 32 count for what is reported and kept. thesis: all32 takes the 8
+    /// and the 24 in turn.
     Decomposition decomposition = Decomposition::all32;
-    BoundaryMode boundary = BoundaryMode::slide;
+    BoundaryMode boundary = BoundaryMode::slide;             ///< the thesis method needs the boundary fixed
     UntangleTarget untangle = UntangleTarget::deepest_point; ///< thesis method only
+    GradientKind gradient = GradientKind::analytic;          ///< thesis method only
     double max_deviation_rel = 0; ///< 0..0.1 of the bounding-box diagonal; 0: on the surface, features exact
-    bool max_min = true;          ///< final stage that raises the worst cells
+    bool max_min = true;          ///< final stage that raises the worst cells; robust method only
     double min_sj = 1;            ///< stop once the minimum scaled Jacobian reaches this; -1..1
     double time_limit_s = std::numeric_limits<double>::infinity();
     int max_iterations = 1000000; ///< Newton steps or sweeps, all phases together; >= 1
 };
+
+/// The energy that a run with these options minimises.
+constexpr Energy resolved_energy(const OptimizeOptions& options) {
+    if (options.energy != Energy::automatic) return options.energy;
+    return options.method == OptimizeMethod::thesis ? Energy::structural : Energy::regularised;
+}
 
 /// What was reached, as counted by the optimizer itself (the report measures the written mesh anew).
 struct OptimizeStats {

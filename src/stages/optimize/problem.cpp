@@ -26,12 +26,13 @@ constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
 
 } // namespace
 
-Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable)
+Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
+                 std::uint32_t tets)
     : mesh_(&mesh) {
     number_dofs(topology, movable);
     make_shares(topology);
     collect_cells(topology);
-    order_cells();
+    order_cells(tets);
     set_weights();
     schedule_ = ChunkSchedule(cell_dof_, dof_count(), kCellChunk);
 }
@@ -93,7 +94,7 @@ void Problem::collect_cells(const Topology& topology) {
         if (active[c]) cell_id_.push_back(c);
 }
 
-void Problem::order_cells() {
+void Problem::order_cells(std::uint32_t tets) {
     const auto lowest_dof = [&](Index c) {
         Index lowest = kNoIndex;
         for (Index v : mesh_->cells[c])
@@ -125,7 +126,7 @@ void Problem::order_cells() {
             if (!shares(cells_.back()[k]).empty()) free_bits |= 1u << k;
         for (int t = 0; t < 32; ++t)
             if (kTetVertexBits[t] & free_bits) mask |= 1u << t;
-        tet_mask_.push_back(mask);
+        tet_mask_.push_back(mask & tets);
     }
 }
 

@@ -5,10 +5,20 @@
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
 #include "stages/optimize/chunk_schedule.hpp"
+#include "stages/optimize/optimize.hpp"
 
 #include <span>
 
 namespace hexopt {
+
+/// Decompositions of a cell (thesis 4.2.2) as bits of hex::kTetEdge.
+inline constexpr std::uint32_t kCornerTets = 0x11111111u, kPathTets = ~kCornerTets, kAllTets = ~0u;
+
+constexpr std::uint32_t tets_of(Decomposition decomposition) {
+    return decomposition == Decomposition::corner8  ? kCornerTets
+           : decomposition == Decomposition::path24 ? kPathTets
+                                                    : kAllTets;
+}
 
 /// A vertex's share in the position of another: x = ... + weight * x[dof].
 struct DofShare {
@@ -22,7 +32,9 @@ struct DofShare {
 class Problem {
   public:
     /// movable[v] != 0: vertex v may move (hanging vertices never count as movable; they follow).
-    Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable);
+    /// tets: which tetrahedra count, bits of hex::kTetEdge.
+    Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
+            std::uint32_t tets = kAllTets);
 
     const HexMesh& mesh() const { return *mesh_; }
     std::size_t dof_count() const { return dof_vertex_.size(); }
@@ -56,7 +68,7 @@ class Problem {
   private:
     void number_dofs(const Topology& topology, std::span<const std::uint8_t> movable);
     void collect_cells(const Topology& topology);
-    void order_cells();
+    void order_cells(std::uint32_t tets);
     void make_shares(const Topology& topology);
     void set_weights();
 

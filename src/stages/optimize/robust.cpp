@@ -57,11 +57,13 @@ class RobustRun {
     }
 
     void untangle_interior() {
-        movement_ = {&mesh_,  &topology_, std::vector<std::uint8_t>(mesh_.vertex_count()),
-                     nullptr, nullptr,    0};
+        movement_.mesh = &mesh_;
+        movement_.topology = &topology_;
+        movement_.tets = tets_of(options_.decomposition);
+        movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = !topology_.on_boundary[v];
-        Problem problem(mesh_, topology_, movement_.movable);
+        Problem problem(mesh_, topology_, movement_.movable, movement_.tets);
         problem.update_lengths(positions_, budget_.parallel());
         Newton newton(problem, positions_, nullptr, budget_);
         const auto count_bad = [&] {
@@ -125,7 +127,7 @@ class RobustRun {
 
     /// Untangles with everything movable; returns the cells that stay bad.
     std::vector<Index> slide_all() {
-        Problem problem(mesh_, topology_, movement_.movable);
+        Problem problem(mesh_, topology_, movement_.movable, movement_.tets);
         SurfaceMotion motion(problem, *surface_, limits_);
         Newton newton(problem, positions_, &motion, budget_);
         finish_untangling(newton);
