@@ -209,6 +209,13 @@ Status add_vtk_arrays(MeshBuilder& builder, VtkArrays&& arrays, const VtkCellMap
     name_patches_of_cells(builder, arrays.cell, map);
     if (Status status = add_hanging(builder, arrays.field); !status) return status;
     if (Status status = add_named_patches(builder, arrays); !status) return status;
+    for (auto* fields : {&arrays.point, &arrays.cell})
+        std::erase_if(*fields, [&](const FieldData& field) {
+            if (!field.name.starts_with("hexopt_")) return false;
+            context.log(LogLevel::warning, fmt::format("{}: array {} is left out: hexopt_ names are reserved",
+                                                       builder.file, shown(field.name)));
+            return true;
+        });
     for (FieldData& field : arrays.point) builder.fields.push_back(std::move(field));
     for (FieldData& field : arrays.cell) {
         FieldData kept = map.hexahedra.size() == cell_count ? std::move(field)

@@ -148,6 +148,16 @@ TEST_CASE("pieces of a VTU file are joined where they meet") {
     CHECK(reading.warnings.find("only here") != std::string::npos);
 }
 
+TEST_CASE("arrays under reserved names are left out with a warning") {
+    const Reading vtk = read_text(
+        kVtk + "CELL_DATA 2\nSCALARS hexopt_q int\nLOOKUP_TABLE default\n1 2\nSCALARS q int 1\n3 4\n");
+    INFO((vtk.file ? "" : vtk.file.error().one_line()));
+    REQUIRE(vtk.file);
+    REQUIRE(vtk.file->fields.size() == 1);
+    CHECK(vtk.file->fields[0].values == std::vector<double>{3});
+    CHECK(vtk.warnings.find("hexopt_q") != std::string::npos);
+}
+
 TEST_CASE("errors name the line and say what to do") {
     check_refused(with(kVtk, "8 0 1 2 3 4 5 6 7", "8 0 1 2 3 4 5 6 8"), "mesh:9: hexahedron 0 uses vertex 8",
                   "may count from 1");
