@@ -37,4 +37,8 @@ pvec3 widen(rvec3 a) { return pvec3(a); }
 #include "math/scaled_jacobian.glsl"
 #include "math/tet_energy.glsl"
 
+#include "math/sym3.glsl"
+
+#include "math/corner_ball.glsl"
+
 #include "dialect/kernel_hex.glsl"

@@ -2,66 +2,6 @@
 // and the sums over a ball. Terms: docs/compute.md. The tetrahedra are those of hex::kTetEdge
 // (src/mesh/hex_reference.hpp).
 
-struct Sym3 {
-    real xx, xy, xz, yy, yz, zz;
-};
-
-FN rvec3 rzero() { return rvec3(real(0), real(0), real(0)); }
-
-FN Sym3 sym_zero() {
-    Sym3 m;
-    m.xx = real(0);
-    m.xy = real(0);
-    m.xz = real(0);
-    m.yy = real(0);
-    m.yz = real(0);
-    m.zz = real(0);
-    return m;
-}
-
-// m + f (p q^T + q p^T) / 2
-FN Sym3 add_outer(Sym3 m, rvec3 p, rvec3 q, real f) {
-    real h = real(0.5) * f;
-    m.xx += f * p.x * q.x;
-    m.xy += h * (p.x * q.y + p.y * q.x);
-    m.xz += h * (p.x * q.z + p.z * q.x);
-    m.yy += f * p.y * q.y;
-    m.yz += h * (p.y * q.z + p.z * q.y);
-    m.zz += f * p.z * q.z;
-    return m;
-}
-
-FN Sym3 add_identity(Sym3 m, real f) {
-    m.xx += f;
-    m.yy += f;
-    m.zz += f;
-    return m;
-}
-
-FN real trace(Sym3 m) { return m.xx + m.yy + m.zz; }
-
-FN rvec3 times(Sym3 m, rvec3 v) {
-    return rvec3(m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
-                 m.xz * v.x + m.yz * v.y + m.zz * v.z);
-}
-
-// Solves m x = b for positive semidefinite m by L D L^T with pivots kept above `floor_rel` of the trace.
-FN rvec3 solve(Sym3 m, rvec3 b, real floor_rel) {
-    real least = max(floor_rel * trace(m), real(1.0e-30));
-    real d0 = max(m.xx, least);
-    real l1 = m.xy / d0;
-    real l2 = m.xz / d0;
-    real d1 = max(m.yy - l1 * m.xy, least);
-    real l3 = (m.yz - l2 * m.xy) / d1;
-    real d2 = max(m.zz - l2 * m.xz - l3 * l3 * d1, least);
-    real y1 = b.y - l1 * b.x;
-    real y2 = b.z - l2 * b.x - l3 * y1;
-    real z = y2 / d2;
-    real y = y1 / d1 - l3 * z;
-    real x = b.x / d0 - l1 * y - l2 * z;
-    return rvec3(x, y, z);
-}
-
 // Edges of a cell (hex::kEdgeVertex), divided by its target length, and their squared lengths.
 struct HexEdges {
     rvec3 e[12];
@@ -165,16 +105,6 @@ FN void tet_edges(uint t, OUT(uint) a, OUT(uint) b, OUT(uint) c) {
 
 FN bool is_corner(uint t) { return (t & 3u) == 0u; }
 
-// A tetrahedron as a function of one dof's displacement d: J(d) = jacobian + g.d (affine), S(d) = size2 + 2
-// x.d + l2 d.d
-struct LocalTet {
-    real jacobian;
-    real size2;
-    rvec3 g;
-    rvec3 x;
-    real l2;
-};
-
 FN LocalTet local_tet(HexEdges h, EdgeShares s, uint t) {
     uint a, b, c;
     tet_edges(t, a, b, c);
@@ -253,45 +183,98 @@ FN Ball make_ball(PointArray points, IndexArray cells, RealArray inverse_length,
     return b;
 }
 
-// Energy of a ball with its gradient and semidefinite Hessian model by the dof's displacement.
-struct LocalModel {
-    real energy;
-    rvec3 gradient;
-    Sym3 hessian;
-};
+// Vertex of a cell that is corner (x, y, z) once the cell is turned so that `corner` is (0, 0, 0); x and y
+// change places where a reflection would be needed.
+FN uint turned_vertex(uint corner, uint x, uint y, uint z) {
+    uint cx = (corner ^ (corner >> 1u)) & 1u;
+    uint cy = corner >> 1u & 1u;
+    uint cz = corner >> 2u;
+    bool odd = (cx ^ cy ^ cz) == 1u;
+    uint ax = (odd ? y : x) ^ cx;
+    uint ay = (odd ? x : y) ^ cy;
+    uint az = z ^ cz;
+    return (ax ^ ay) + 2u * ay + 4u * az;
+}
 
-FN LocalModel ball_model(Ball ball, uint dof, Objective o) {
-    LocalModel m;
-    m.energy = real(0);
-    m.gradient = rzero();
-    m.hessian = sym_zero();
-    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
-        uint cell = ball.item.at[2u * i];
-        real inverse = ball.inverse_length.at[cell];
-        real factor = ball.cell_weight.at[cell] * o.shape_weight;
-        HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
-        EdgeShares s = edge_shares(ball.pattern, ball.item.at[2u * i + 1u], inverse);
-        for (uint t = 0u; t < 32u; ++t) {
-            LocalTet tet = local_tet(h, s, t);
-            if (tet.l2 == real(0)) continue;
-            TetShape shape = tet_shape(tet.size2, tet.jacobian, o.eps);
-            m.energy += shape.energy * factor;
-            m.gradient =
-                m.gradient + (tet.x * (real(2) * shape.scale) + tet.g * tet_gradient_factor(shape)) * factor;
-            m.hessian = add_identity(m.hessian, real(2) * shape.scale * tet.l2 * factor);
-            m.hessian = add_outer(m.hessian, tet.x, tet.g, real(2) * tet_hessian_alpha(shape) * factor);
-            m.hessian = add_outer(m.hessian, tet.g, tet.g, tet_hessian_beta(shape) * factor);
-            if (o.penalty_weight > real(0) && is_corner(t)) {
-                LocalCorner corner = local_corner(h, s, t, tet);
-                real below = max(o.theta - corner.sj, real(0));
-                m.energy += o.penalty_weight * below * below;
-                m.gradient = m.gradient - corner.q * (real(2) * o.penalty_weight * below);
-                if (below > real(0))
-                    m.hessian = add_outer(m.hessian, corner.q, corner.q, real(2) * o.penalty_weight);
-            }
+FN rvec3 turned_point(Ball ball, uint cell, uint corner, pvec3 o, real inverse, uint x, uint y, uint z) {
+    return narrow(ball.points.at[ball.cells.at[8u * cell + turned_vertex(corner, x, y, z)]] - o) * inverse;
+}
+
+FN CornerEdges load_corner(Ball ball, uint cell, uint corner, real inverse) {
+    pvec3 o = ball.points.at[ball.cells.at[8u * cell + corner]];
+    return corner_edges(turned_point(ball, cell, corner, o, inverse, 1u, 0u, 0u),
+                        turned_point(ball, cell, corner, o, inverse, 0u, 1u, 0u),
+                        turned_point(ball, cell, corner, o, inverse, 1u, 1u, 0u),
+                        turned_point(ball, cell, corner, o, inverse, 0u, 0u, 1u),
+                        turned_point(ball, cell, corner, o, inverse, 1u, 0u, 1u),
+                        turned_point(ball, cell, corner, o, inverse, 0u, 1u, 1u),
+                        turned_point(ball, cell, corner, o, inverse, 1u, 1u, 1u));
+}
+
+// Adds a cell whose corners move by several weights, or whose corners are penalised.
+FN LocalModel add_general_cell(LocalModel m, Ball ball, uint cell, uint row, Objective o) {
+    real inverse = ball.inverse_length.at[cell];
+    real factor = ball.cell_weight.at[cell] * o.shape_weight;
+    HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
+    EdgeShares s = edge_shares(ball.pattern, row, inverse);
+    for (uint t = 0u; t < 32u; ++t) {
+        LocalTet tet = local_tet(h, s, t);
+        if (tet.l2 == real(0)) continue;
+        m = add_tet(m, tet, o.eps, factor);
+        if (o.penalty_weight > real(0) && is_corner(t)) {
+            LocalCorner corner = local_corner(h, s, t, tet);
+            real below = max(o.theta - corner.sj, real(0));
+            m.energy += o.penalty_weight * below * below;
+            m.gradient = m.gradient - corner.q * (real(2) * o.penalty_weight * below);
+            if (below > real(0))
+                m.hessian = add_outer(m.hessian, corner.q, corner.q, real(2) * o.penalty_weight);
         }
     }
     return m;
+}
+
+FN LocalModel ball_model(Ball ball, uint dof, Objective o) {
+    LocalModel m = model_zero();
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
+        uint cell = ball.item.at[2u * i];
+        uint row = ball.item.at[2u * i + 1u];
+        if (row < 8u && !(o.penalty_weight > real(0))) {
+            real inverse = ball.inverse_length.at[cell];
+            real factor = ball.cell_weight.at[cell] * o.shape_weight;
+            LocalModel part = corner_model(load_corner(ball, cell, row, inverse), o.eps);
+            m.energy += part.energy * factor;
+            m.gradient = m.gradient + part.gradient * (factor * inverse);
+            m.hessian = add_scaled(m.hessian, part.hessian, factor * inverse * inverse);
+        } else {
+            m = add_general_cell(m, ball, cell, row, o);
+        }
+    }
+    return m;
+}
+
+// Energies of a ball at the lengths of a line search along d.
+FN LineEnergies ball_line(Ball ball, uint dof, rvec3 d, real omega, real eps) {
+    LineEnergies l = line_zero();
+    real d2 = dot(d, d);
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
+        uint cell = ball.item.at[2u * i];
+        uint row = ball.item.at[2u * i + 1u];
+        real inverse = ball.inverse_length.at[cell];
+        real factor = ball.cell_weight.at[cell];
+        if (row < 8u) {
+            LineEnergies part = corner_line(load_corner(ball, cell, row, inverse), d * inverse, omega, eps);
+            l = add_lines(l, part, factor);
+        } else {
+            HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
+            EdgeShares s = edge_shares(ball.pattern, row, inverse);
+            for (uint t = 0u; t < 32u; ++t) {
+                LocalTet tet = local_tet(h, s, t);
+                if (tet.l2 == real(0)) continue;
+                l = add_line(l, tet, d, d2, omega, eps, factor);
+            }
+        }
+    }
+    return l;
 }
 
 // Smallest scaled Jacobian of the corners and smallest J of the tetrahedra that depend on a dof, with the dof

@@ -10,6 +10,10 @@ namespace hexopt::compute::HEXOPT_HOST_KERNELS {
 #include "math/scaled_jacobian.glsl"
 #include "math/tet_energy.glsl"
 
+#include "math/sym3.glsl"
+
+#include "math/corner_ball.glsl"
+
 #include "dialect/kernel_hex.glsl"
 
 // The kernels' argument blocks.
