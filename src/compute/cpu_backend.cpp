@@ -1,5 +1,6 @@
 #include "compute/backend.hpp"
 #include "compute/flush_denormals.hpp"
+#include "compute/host_packs.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -121,11 +122,15 @@ class CpuBackend final : public Backend {
             const FlushDenormals flush;
             function(args.data(), 0, command.count, nullptr);
         } else {
+            const PackFunction packs = pack_function(*command.kernel);
             const std::size_t chunk = command.kernel->cooperative ? 1 : kChunk;
             parallel_.for_chunks(command.count, chunk, [&](std::size_t begin, std::size_t end) {
                 const FlushDenormals flush;
-                function(args.data(), static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end),
-                         nullptr);
+                const auto first = static_cast<std::uint32_t>(begin), last = static_cast<std::uint32_t>(end);
+                if (packs)
+                    packs(command.precision, function, args.data(), first, last);
+                else
+                    function(args.data(), first, last, nullptr);
             });
         }
     }

@@ -70,6 +70,9 @@ TEST_CASE("driver: order of work, number of threads and Vulkan change no bit", "
     CHECK(run_on(*create_cpu_backend(one, CpuOrder::shuffled), sample).positions == serial.positions);
     CHECK(run_on(*create_cpu_backend(one, CpuOrder::serial), sample, Precision::f64, 2).positions ==
           run_on(*create_cpu_backend(one, CpuOrder::shuffled), sample, Precision::f64, 2).positions);
+    for (Precision precision : {Precision::f32, Precision::f64, Precision::mixed}) // scalar and packs
+        CHECK(run_on(*create_cpu_backend(one, CpuOrder::serial), sample, precision, 2).positions ==
+              run_on(*create_cpu_backend(one, CpuOrder::parallel), sample, precision, 2).positions);
     const ValidatedVulkan vulkan;
     if (!vulkan) return;
     CHECK(run_on(*vulkan, sample).positions == serial.positions);

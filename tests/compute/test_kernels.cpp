@@ -120,12 +120,16 @@ TEST_CASE("kernels: Vulkan gives the host's bits on real meshes", "[gpu][slow]")
     }
 }
 
-TEST_CASE("kernels: no result depends on the order of the work items") {
+TEST_CASE("kernels: no result depends on the order of the work items, on threads or on packs") {
     const SampleProblem cube(perturbed_cube(5, 0.6)), octree(sample_mesh("octree-sphere", 0.2, 4));
     const Parallel one(1);
     const auto shuffled = create_cpu_backend(one, CpuOrder::shuffled);
     check_all_kernels(*shuffled, cube, "cube, shuffled");
     check_all_kernels(*shuffled, octree, "octree, shuffled");
+    const Parallel three(3);
+    const auto parallel = create_cpu_backend(three, CpuOrder::parallel);
+    check_all_kernels(*parallel, cube, "cube, threads and packs");
+    check_all_kernels(*parallel, octree, "octree, threads and packs");
 }
 
 TEST_CASE("kernels: energy of boxes is the closed form, and no motion or size changes it") {
