@@ -1,12 +1,15 @@
 #include "stages/optimize/thesis_sweeps.hpp"
 
+#include "io/mesh_io.hpp"
 #include "mesh/hanging.hpp"
 #include "quality/mesh_validity.hpp"
 #include "samples/samples.hpp"
 #include "stages/optimize/problem.hpp"
+#include "support/skip.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <filesystem>
 #include <glm/geometric.hpp>
 
 using namespace hexopt;
@@ -247,4 +250,26 @@ TEST_CASE("the robust method optimizes the decomposition asked for") {
     const ValidityCounts counts = compute_validity(mesh, Parallel(1));
     CHECK((decomposition == Decomposition::corner8 ? counts.concave8_cells : counts.concave24_cells) == 0);
     CHECK(mesh.positions != all.positions);
+}
+
+TEST_CASE("real meshes: the improved thesis method leaves only what is proved to stay concave", "[slow]") {
+    struct Expected {
+        const char* name;
+        std::size_t bad8, bad32;
+    };
+    const Expected e = GENERATE(Expected{"ec_block.mesh", 0, 0}, Expected{"ec_block_stress.mesh", 0, 0},
+                                Expected{"ec_cap.mesh", 0, 0}, Expected{"ho_lower_arm.vtk", 0, 1},
+                                Expected{"ho_lower_arm2.vtk", 0, 0}, Expected{"ho_mid2Fem.vtk", 1, 1},
+                                Expected{"ho_mid2Fem2.vtk", 1, 1}, Expected{"ho_mid2FemPer.vtk", 1, 1},
+                                Expected{"ho_oct_bunny.vtk", 0, 0}, Expected{"mq_pave3.vtk", 0, 0});
+    const std::filesystem::path path = std::filesystem::path(HEXOPT_SHARED_DATA) / "hexmeshes" / e.name;
+    if (!std::filesystem::exists(path)) HEXOPT_SKIP("no " + path.string());
+    Context context(2);
+    auto mesh = read_mesh(path, context);
+    REQUIRE(mesh);
+    const OptimizeStats stats = run(*mesh, thesis());
+    const ValidityCounts counts = compute_validity(*mesh, Parallel(2));
+    CHECK(counts.concave8_cells == e.bad8);
+    CHECK(counts.concave_cells == e.bad32);
+    CHECK(stats.min_bad32 == e.bad32);
 }

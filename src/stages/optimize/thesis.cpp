@@ -22,8 +22,7 @@ class ThesisRun {
               std::vector<Point>& positions, Budget& budget, const std::function<void()>& keep_if_better,
               OptimizeStats& stats)
         : mesh_(mesh), topology_(topology), options_(options), positions_(positions), budget_(budget),
-          keep_if_better_(keep_if_better), stats_(stats),
-          energy_(resolved_energy(options)),
+          keep_if_better_(keep_if_better), stats_(stats), energy_(resolved_energy(options)),
           movable_(inner_vertices(topology)), sweeps_(mesh, topology, movable_, positions, budget),
           tets_(tets_of(options.decomposition)) {
         for (std::uint32_t mode : {kCornerTets, kPathTets})
@@ -87,28 +86,46 @@ class ThesisRun {
         for (std::uint32_t mode : modes_) untangle(mode);
     }
 
+    /// As printed: disturb, then untangle. Improved: untangle first; plain smoothing only where it pays, else
+    /// the smart one, else neither.
     void smooth_and_untangle() {
+        if (is_improved()) untangle_all();
         for (int i = 0; i < kSmoothUntangle && !budget_.exhausted(); ++i) {
             const std::size_t before = concave();
-            sweeps_.smooth(sweeps_.find_concave(tets_), is_improved());
-            ++stats_.sweeps;
-            untangle_all();
+            if (before == 0) break;
+            const std::vector<Point> start = positions_;
+            disturb_and_untangle(false);
+            std::size_t now = concave();
+            if (is_improved() && now >= before) {
+                positions_ = start;
+                disturb_and_untangle(true);
+                now = concave();
+                if (now >= before) positions_ = start;
+            }
             keep_if_better_();
-            const std::size_t now = concave();
             log("smoothing and untangling", i, before, now);
-            if (now == 0 || now == before) break;
+            if (now == before || (is_improved() && now > before)) break;
         }
+        keep_if_better_();
+    }
+
+    void disturb_and_untangle(bool smart) {
+        sweeps_.smooth(sweeps_.find_concave(tets_), smart);
+        ++stats_.sweeps;
+        untangle_all();
     }
 
     void optimise_and_untangle(std::uint32_t mode) {
         for (int i = 0; i < kOptimiseUntangle && !budget_.exhausted(); ++i) {
             const std::size_t before = concave();
+            const std::vector<Point> start = positions_;
             optimise(mode, kOptimise);
             untangle_all();
             keep_if_better_();
             const std::size_t now = concave();
+            if (is_improved() && now > before) positions_ = start;
             log(mode == kCornerTets ? "8-tet optimization" : "24-tet optimization", i, before, now);
-            if (now == 0 || now == before) break;
+            if (now == 0 || now == before || (is_improved() && now > before)) break;
         }
     }
 
