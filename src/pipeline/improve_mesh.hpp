@@ -1,5 +1,6 @@
 #pragma once
 
+#include "compute/backend.hpp"
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/boundary_model.hpp"
@@ -20,13 +21,17 @@ struct ImproveOptions {
     OptimizeOptions optimize;
     BoundaryOptions features;              ///< how features of the boundary are recognised
     const TriangleSoup* surface = nullptr; ///< what the boundary slides on; null: the mesh's own boundary
-    std::optional<double> target_min_sj;   ///< a minimum scaled Jacobian that the caller insists on
+    std::string device = "auto";           ///< where to compute, as compute::choose_device() takes it
+    compute::Precision precision = compute::Precision::f64;
+    compute::Backend* backend = nullptr; ///< an open one to compute on instead of `device`
+    std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
 };
 
 /// What became of a mesh.
 struct ImproveOutcome {
     /// ok, no_valid_mesh, below_target or cancelled: in all of these the mesh is the best state reached.
     ErrorCode verdict = ErrorCode::ok;
+    std::string device;                 ///< where it was computed, and why there
     std::size_t recognised_hanging = 0; ///< hanging vertices found that the input did not name
     QualityReport before, after;
     std::optional<OptimizeStats> stats; ///< none where cancelled

@@ -1,7 +1,11 @@
 #include "pipeline/optimize_pictures.hpp"
 
 #include "mesh/topology.hpp"
+#include "render/html_report.hpp"
+#include "render/png.hpp"
 #include "render/render_mesh.hpp"
+
+#include <nlohmann/json.hpp>
 
 namespace hexopt {
 
@@ -9,7 +13,7 @@ namespace {
 
 constexpr PictureSize kHalf = {1000, 750};
 
-Result<Image> draw_half(const HexMesh& mesh, const Topology& topology, Context& context) {
+Result<Image> draw_cut(const HexMesh& mesh, const Topology& topology, Context& context) {
     RenderOptions options;
     options.size = kHalf;
     options.clips.push_back({.axis = 1, .fraction = 0.5, .keep_above = true});
@@ -34,12 +38,32 @@ Result<Image> draw_before_and_after(const HexMesh& after, const std::vector<Poin
     Image picture(2 * kHalf.width, kHalf.height, {1, 1, 1});
     int left = 0;
     for (const HexMesh* mesh : std::initializer_list<const HexMesh*>{&start, &after}) {
-        const Result<Image> half = draw_half(*mesh, topology, context);
+        const Result<Image> half = draw_cut(*mesh, topology, context);
         if (!half) return half.error();
         paste(*half, left, picture);
         left += kHalf.width;
     }
     return picture;
+}
+
+Result<std::string> make_page(const nlohmann::json& report, const HexMesh& after,
+                              const std::vector<Point>& before, Context& context) {
+    const Topology topology = compute_topology(after, context.parallel());
+    HexMesh start = after;
+    start.positions = before;
+    std::vector<ReportPicture> pictures;
+    const std::pair<const HexMesh*, std::string> states[] = {{&start, "before"}, {&after, "after"}};
+    for (const auto& [mesh, title] : states) {
+        RenderOptions outside;
+        outside.size = kHalf;
+        const Result<Image> whole = render_mesh(*mesh, topology, outside, context);
+        if (!whole) return whole.error();
+        pictures.push_back({title, encode_png(*whole)});
+        const Result<Image> cut = draw_cut(*mesh, topology, context);
+        if (!cut) return cut.error();
+        pictures.push_back({title + ", cut in half", encode_png(*cut)});
+    }
+    return make_html_report(report, pictures);
 }
 
 } // namespace hexopt

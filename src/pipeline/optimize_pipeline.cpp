@@ -15,7 +15,7 @@ namespace {
 /// Where results go is checked before hours are spent on them.
 Status check_outputs(const OptimizeJob& job) {
     if (auto format = format_of_name(job.output); !format) return format.error();
-    for (const std::filesystem::path& path : {job.output, job.report, job.picture}) {
+    for (const std::filesystem::path& path : {job.output, job.report, job.picture, job.html}) {
         if (path.empty()) continue;
         const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
         std::error_code error;
@@ -55,6 +55,13 @@ Status write_results(const OptimizeJob& job, const MeshFile& file, const std::ve
         if (!written) return written;
         result.written.push_back(job.report);
     }
+    if (!job.html.empty()) {
+        const Result<std::string> page = make_page(to_json(job, result), file.mesh, start, context);
+        if (!page) return page.error();
+        written = write_atomically(job.html, *page, context);
+        if (!written) return written;
+        result.written.push_back(job.html);
+    }
     return Done{};
 }
 
@@ -76,7 +83,7 @@ Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& cont
         improve.surface = &soup;
     }
     std::vector<Point> start;
-    if (!job.picture.empty()) start = file->mesh.positions;
+    if (!job.picture.empty() || !job.html.empty()) start = file->mesh.positions;
 
     auto outcome = improve_mesh(file->mesh, improve, clock, context);
     if (!outcome) return outcome.error();

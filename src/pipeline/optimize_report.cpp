@@ -51,6 +51,8 @@ json options_json(const OptimizeJob& job) {
             {"surface", job.surface.empty() ? json(nullptr) : json(job.surface.string())},
             {"feature_angle_deg", job.improve.features.feature_angle_deg},
             {"max_deviation_rel", o.max_deviation_rel},
+            {"device", job.improve.device},
+            {"precision", compute::name_of(job.improve.precision)},
             {"min_sj", job.improve.target_min_sj ? json(*job.improve.target_min_sj) : json(nullptr)},
             {"time_limit_s", finite_or_null(o.time_limit_s)},
             {"max_iterations", o.max_iterations}};
@@ -99,6 +101,7 @@ nlohmann::json to_json(const OptimizeJob& job, const OptimizeJobResult& result) 
             {"output", job.output.string()},
             {"verdict", name_of(outcome.verdict)},
             {"exit_code", static_cast<int>(outcome.verdict)},
+            {"device", outcome.device},
             {"options", options_json(job)},
             {"recognised_hanging", outcome.recognised_hanging},
             {"quality_before", to_json(outcome.before)},

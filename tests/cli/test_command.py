@@ -178,6 +178,25 @@ class Optimize(Command):
         self.assertFalse(self.path("out.vtu").exists())
 
 
+class Device(Command):
+    def test_unknown_device(self):
+        result = run("optimize", self.make(), self.path("out.vtu"), "--boundary", "fixed", "--device", "teapot")
+        self.assert_error(result, USAGE, "teapot")
+
+    def test_what_only_the_host_does_is_refused(self):
+        mesh = self.make()
+        for option in (("--device", "vulkan"), ("--precision", "f32")):
+            self.assert_error(run("optimize", mesh, self.path("out.vtu"), *option), USAGE, "sliding boundary")
+
+    def test_single_precision_kernels(self):
+        mesh = self.make("in.vtu", "grid", "--size", 4, "--tangled", 0.2)
+        result = run("optimize", mesh, self.path("out.vtu"), "--boundary", "fixed", "--device", "cpu",
+                     "--precision", "f32", "--report", self.path("report.json"), "--html", self.path("page.html"))
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertEqual(json.loads(self.path("report.json").read_text())["options"]["precision"], "f32")
+        self.assertIn("<html", self.path("page.html").read_text())
+
+
 class Interrupt(Command):
     def interrupt(self, number, *options):
         """Signals a run as soon as it optimizes; returns its exit code and stderr."""

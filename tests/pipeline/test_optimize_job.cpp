@@ -52,8 +52,9 @@ TEST_CASE("a job writes the mesh it measured, keeps the input's arrays, and repo
         stages.push_back(stage["stage"]);
         CHECK(stage["peak_memory_bytes"].get<std::uint64_t>() > 0);
     }
-    CHECK(stages == std::vector<std::string>{"read", "structure", "hanging", "topology", "quality_before",
-                                             "surface", "optimize", "quality_after", "deviation", "write"});
+    CHECK(stages == std::vector<std::string>{"read", "device", "structure", "hanging", "topology",
+                                             "quality_before", "surface", "optimize", "quality_after",
+                                             "deviation", "write"});
 }
 
 TEST_CASE("a cancelled job writes only if asked to") {

@@ -92,6 +92,24 @@ void add_method_options(CLI::App& command, Arguments& arguments) {
         ->type_name("KIND");
 }
 
+void add_compute_options(CLI::App& command, Arguments& arguments) {
+    static const std::map<std::string, compute::Precision> kPrecisions = {
+        {"f32", compute::Precision::f32},
+        {"f64", compute::Precision::f64},
+        {"mixed", compute::Precision::mixed}};
+    command
+        .add_option(
+            "--device", arguments.job.improve.device,
+            "auto (default) | cpu | vulkan | index or part of the name of one that `devices` lists; other "
+            "than the CPU with --boundary fixed only")
+        ->type_name("DEVICE");
+    command
+        .add_option("--precision", arguments.job.improve.precision,
+                    "f32 | f64 (default) | mixed; other than f64 with --boundary fixed only")
+        ->transform(choice(kPrecisions))
+        ->type_name("NAME");
+}
+
 void add_termination_options(CLI::App& command, Arguments& arguments) {
     OptimizeOptions& o = arguments.job.improve.optimize;
     arguments.min_sj_option =
@@ -170,6 +188,7 @@ void run_optimize(Arguments& arguments, Session& session) {
     if (!result) return session.fail(result.error());
     const ImproveOutcome& outcome = result->outcome;
     for (const std::string& note : outcome.notes) session.say("note: " + note);
+    session.say("computed on " + outcome.device);
     session.say("before: " + to_line(outcome.before.validity));
     session.say("after:  " + to_line(outcome.after.validity));
     double seconds = 0;
@@ -192,6 +211,9 @@ void add_optimize(CLI::App& app, Session& session) {
     command->add_option("--report", arguments->job.report, "Writes the run as JSON")->type_name("FILE");
     command->add_option("--picture", arguments->job.picture, "Draws the mesh before and after")
         ->type_name("FILE.png");
+    command->add_option("--html", arguments->job.html, "Writes the run as a web page with pictures")
+        ->type_name("FILE.html");
+    add_compute_options(*command, *arguments);
     session.add_common_options(*command);
     command->callback([arguments, &session] { run_optimize(*arguments, session); });
 }

@@ -1,6 +1,7 @@
 #include "stages/optimize/optimize.hpp"
 
 #include "domain/boundary_model.hpp"
+#include "stages/optimize/device_driver.hpp"
 #include "stages/optimize/hex_kernels.hpp"
 #include "stages/optimize/infeasible.hpp"
 #include "stages/optimize/problem.hpp"
@@ -143,7 +144,10 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
 } // namespace
 
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-                               const OptimizeOptions& options, Context& context) {
+                               const OptimizeOptions& options, Context& context, const DeviceTarget* device) {
+    if (device && (options.boundary == BoundaryMode::slide || options.method == OptimizeMethod::thesis))
+        return make_error(ErrorCode::usage, "optimize", "",
+                          "a device computes the robust method with a fixed boundary only");
     if (const Status status = check(mesh, topology, surface, options); !status) return status.error();
     Budget budget(options, context);
     OptimizeStats stats;
@@ -170,8 +174,12 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     };
     if (options.method == OptimizeMethod::thesis)
         optimize_thesis(mesh, topology, options, positions, budget, keep_if_better, stats);
-    else
+    else if (!device)
         optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
+    else if (const Status status = optimize_on_device(mesh, topology, options, *device, positions, budget,
+                                                      keep_if_better, stats);
+             !status && !context.is_cancelled())
+        return status.error();
 
     stats.bad8_after = best.bad8;
     stats.bad32_after = best.bad32;

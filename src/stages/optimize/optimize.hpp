@@ -14,6 +14,7 @@
 namespace hexopt {
 
 class BoundaryModel; // domain/boundary_model.hpp
+struct DeviceTarget; // stages/optimize/device_driver.hpp
 
 enum class OptimizeMethod {
     robust, ///< regularised energy over all 32 tetrahedra, Newton-PCG, then max-min (default)
@@ -79,7 +80,10 @@ struct OptimizeStats {
 /// may move; ignored with BoundaryMode::fixed, required with slide. Cancelled: returns ErrorCode::cancelled
 /// and leaves in `mesh` the best valid state so far (never worse than the input). Source: regularised energy
 /// after Garanzha et al. 2021; thesis chapter 4 for the rest.
+/// device: where to compute with BoundaryMode::fixed (optimize_on_device()); null: the host's vectorised
+/// code. With slide it must be null.
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-                               const OptimizeOptions& options, Context& context);
+                               const OptimizeOptions& options, Context& context,
+                               const DeviceTarget* device = nullptr);
 
 } // namespace hexopt
