@@ -124,6 +124,11 @@ void BlockMatrix::add_scaled_identity(Index row, Index column, float value) {
     for (int k = 0; k < 9; k += 4) to[k] += value;
 }
 
+void BlockMatrix::add_diagonal(Index row, const glm::dmat3& block) {
+    float* to = &value_[9 * offset_[row]];
+    for (int k = 0; k < 9; ++k) to[k] += static_cast<float>(block[k / 3][k % 3]);
+}
+
 void BlockMatrix::multiply(std::span<const Point> x, std::span<Point> y, const Parallel& parallel) const {
     parallel.for_each(rows(), kVectorChunk, [&](std::size_t i) { y[i] = Point(0); });
     row_schedule_.run(parallel, [&](std::size_t begin, std::size_t end) {

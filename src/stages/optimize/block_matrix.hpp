@@ -2,6 +2,8 @@
 
 #include "stages/optimize/problem.hpp"
 
+#include <glm/mat3x3.hpp>
+
 namespace hexopt {
 
 /// Symmetric matrix of 3x3 blocks over the dofs of a Problem: the upper triangle, in float.
@@ -17,6 +19,9 @@ class BlockMatrix {
     void add_cell(std::size_t cell, const float* block, std::size_t stride);
     /// Adds value * I at (row, column) and its transpose place.
     void add_scaled_identity(Index row, Index column, float value);
+
+    /// Adds a symmetric block to the diagonal of a row.
+    void add_diagonal(Index row, const glm::dmat3& block);
 
     /// y = A x.
     void multiply(std::span<const Point> x, std::span<Point> y, const Parallel& parallel) const;

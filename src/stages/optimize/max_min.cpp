@@ -155,7 +155,6 @@ class MaxMin {
                 return true;
             }
             movement_.guard->tighten(positions_, violators, *movement_.limits);
-            pull_back(problem, violators);
         }
         for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
         problem.apply_hanging(positions_);
@@ -170,15 +169,6 @@ class MaxMin {
         if (!movement_.guard) return {};
         return movement_.guard->violators(positions_, problem.dof_vertex(), movement_.deviation,
                                           budget_.parallel());
-    }
-
-    /// Moves violators back within their narrowed limits.
-    void pull_back(const Problem& problem, std::span<const Index> violators) {
-        const SurfaceMotion motion(problem, *movement_.surface, *movement_.limits);
-        for (Index v : violators)
-            if (const Index dof = problem.vertex_dof(v); dof != kNoIndex)
-                positions_[v] = motion.place(dof, saved_[dof], positions_[v]);
-        problem.apply_hanging(positions_);
     }
 
     Worst measure_neighbourhood(Problem& problem, std::vector<CellMeasure>* cells) {

@@ -2,19 +2,28 @@
 
 #include "stages/optimize/block_matrix.hpp"
 
+#include <glm/mat3x3.hpp>
+
 namespace hexopt {
 
-/// Where the dofs of a problem may go: interior vertices anywhere, boundary vertices on their surface or
-/// curve.
+/// What holds a dof within its range: a smooth energy that is 0 well inside and 1 at the end of the range.
+struct LimitTerm {
+    double energy = 0;
+    Point gradient{0};
+    glm::dmat3 hessian{0}; ///< positive semidefinite model
+};
+
+/// Where the dofs of a problem may go: interior vertices anywhere, boundary vertices on their surface or curve.
 class Motion {
   public:
     virtual ~Motion() = default;
-    /// Fills the freedom of every dof at the given positions (of all vertices). descent: per dof, where the
-    /// energy pulls it; a dof at the end of its range loses the direction that leads out of it.
-    virtual void freedoms(std::span<const Point> positions, std::span<const Point> descent,
-                          std::span<Freedom> out) const = 0;
-    /// The admissible point nearest to where dof `dof` wants to go; `from`: its admissible place now.
-    virtual Point place(Index dof, const Point& from, const Point& wanted) const = 0;
+    /// Fills the freedom of every dof at the given positions (of all vertices).
+    virtual void freedoms(std::span<const Point> positions, std::span<Freedom> out) const = 0;
+    /// The point nearest to where dof `dof` wants to go that it can take: on its entity, or anywhere.
+    virtual Point place(Index dof, const Point& wanted) const = 0;
+    /// Dofs whose range is limited.
+    virtual std::span<const Index> limited() const = 0;
+    virtual LimitTerm limit(Index dof, const Point& at) const = 0;
 };
 
 } // namespace hexopt

@@ -8,9 +8,7 @@ namespace hexopt {
 namespace {
 
 constexpr std::size_t kEnergyChunk = 256;
-constexpr int kMaxHalvings = 8;
-constexpr int kMaxPinnings = 4;
-constexpr double kClampedFraction = 0.1;
+constexpr int kMaxHalvings = 12;
 constexpr double kArmijo = 1e-4;
 
 HexGroup group_of(const Problem& problem, const Objective& objective, std::span<const Point> positions,
@@ -52,7 +50,7 @@ const ObjectiveValue kNothing = {0, std::numeric_limits<double>::infinity()};
 } // namespace
 
 ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const Point> positions) const {
-    return budget_.parallel().reduce(
+    ObjectiveValue total = budget_.parallel().reduce(
         problem_.cell_count(), kEnergyChunk, kNothing,
         [&](std::size_t begin, std::size_t end) {
             ObjectiveValue sum = kNothing;
@@ -65,6 +63,44 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
             return sum;
         },
         combine);
+    total.energy += limit_energy(objective, positions);
+    return total;
+}
+
+namespace {
+
+/// A vertex at the end of its range weighs as much as a hundred tetrahedra or a corner 0.14 below the threshold.
+double limit_weight(const Objective& objective) {
+    return 100 * objective.shape_weight + 0.02 * objective.penalty_weight;
+}
+
+} // namespace
+
+double Newton::limit_energy(const Objective& objective, std::span<const Point> positions) const {
+    if (!motion_) return 0;
+    const auto limited = motion_->limited();
+    return limit_weight(objective) *
+           budget_.parallel().reduce(
+               limited.size(), kEnergyChunk, 0.0,
+               [&](std::size_t begin, std::size_t end) {
+                   double sum = 0;
+                   for (std::size_t i = begin; i < end; ++i)
+                       sum += motion_->limit(limited[i], positions[problem_.dof_vertex()[limited[i]]]).energy;
+                   return sum;
+               },
+               std::plus<>());
+}
+
+void Newton::add_limit_gradient(const Objective& objective) {
+    if (!motion_) return;
+    for (Index d : motion_->limited())
+        gradient_[d] += limit_weight(objective) * motion_->limit(d, positions_[problem_.dof_vertex()[d]]).gradient;
+}
+
+void Newton::add_limit_hessian(const Objective& objective) {
+    if (!motion_) return;
+    for (Index d : motion_->limited())
+        matrix_.add_diagonal(d, limit_weight(objective) * motion_->limit(d, positions_[problem_.dof_vertex()[d]]).hessian);
 }
 
 std::vector<CellMeasure> measure_cells(const Problem& problem, std::span<const Point> positions,
@@ -104,6 +140,8 @@ ObjectiveValue Newton::compute_gradient(const Objective& objective) {
     });
     ObjectiveValue total = kNothing;
     for (const ObjectiveValue& part : partial) total = combine(total, part);
+    total.energy += limit_energy(objective, positions_);
+    add_limit_gradient(objective);
     return total;
 }
 
@@ -118,6 +156,7 @@ void Newton::assemble(const Objective& objective) {
                 matrix_.add_cell(c + static_cast<std::size_t>(i), &cell.block[0][i], kGroup);
         }
     });
+    add_limit_hessian(objective);
 }
 
 /// Moves along step_ by the first of 1, 1/2, 1/4, ... that lowers the energy enough.
@@ -127,8 +166,8 @@ bool Newton::search_line(const Objective& objective, double slope, ObjectiveValu
     double length = 1;
     for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {
         budget_.parallel().for_each(dofs.size(), 1024, [&](std::size_t d) {
-            const Point from = positions_[dofs[d]], wanted = from + length * step_[d];
-            trial_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), from, wanted) : wanted;
+            const Point wanted = positions_[dofs[d]] + length * step_[d];
+            trial_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), wanted) : wanted;
         });
         problem_.apply_hanging(trial_);
         const ObjectiveValue at = evaluate_at(objective, trial_);
@@ -137,40 +176,6 @@ bool Newton::search_line(const Objective& objective, double slope, ObjectiveValu
             value = at;
             return true;
         }
-    }
-    return false;
-}
-
-/// Takes the freedom of dofs whose full step ran into the end of their range; false if there is none.
-bool Newton::pin_clamped() {
-    if (!motion_) return false;
-    bool pinned = false;
-    const auto dofs = problem_.dof_vertex();
-    for (std::size_t d = 0; d < dofs.size(); ++d) {
-        const double length = glm::length(step_[d]);
-        if (length == 0 || freedom_[d].kind == Freedom::none) continue;
-        const Point from = positions_[dofs[d]], wanted = from + step_[d];
-        if (glm::distance(motion_->place(static_cast<Index>(d), from, wanted), wanted) <
-            kClampedFraction * length)
-            continue;
-        freedom_[d] = {Freedom::none, Point(0)};
-        pinned = true;
-    }
-    return pinned;
-}
-
-/// One Newton step. Where vertices at the end of their range spoil it, they are held and the rest solved
-/// again.
-bool Newton::step_down(const Objective& objective, const NewtonOptions& options, ObjectiveValue& value,
-                       int& cg_iterations) {
-    for (int attempt = 0; attempt < kMaxPinnings; ++attempt) {
-        const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
-                                     options.cg_max_iterations, budget_.parallel());
-        cg_iterations += cg.iterations;
-        double slope = 0;
-        for (std::size_t d = 0; d < step_.size(); ++d) slope -= glm::dot(gradient_[d], step_[d]);
-        if (slope < 0 && search_line(objective, slope, value)) return true;
-        if (!pin_clamped()) return false;
     }
     return false;
 }
@@ -184,11 +189,16 @@ NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& o
     ObjectiveValue value = compute_gradient(objective);
     result.start = value;
     while (result.steps < options.max_steps && !budget_.exhausted()) {
-        for (Point& g : gradient_) g = -g;
-        if (motion_) motion_->freedoms(positions_, gradient_, freedom_);
+        if (motion_) motion_->freedoms(positions_, freedom_);
         assemble(objective);
+        for (Point& g : gradient_) g = -g;
+        const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
+                                     options.cg_max_iterations, budget_.parallel());
+        result.cg_iterations += cg.iterations;
+        double slope = 0;
+        for (std::size_t d = 0; d < step_.size(); ++d) slope -= glm::dot(gradient_[d], step_[d]);
         const double before = value.energy;
-        if (!step_down(objective, options, value, result.cg_iterations)) {
+        if (!(slope < 0) || !search_line(objective, slope, value)) {
             result.stalled = true;
             break;
         }

@@ -60,10 +60,10 @@ class Newton {
     ObjectiveValue evaluate_at(const Objective& objective, std::span<const Point> positions) const;
     ObjectiveValue compute_gradient(const Objective& objective);
     void assemble(const Objective& objective);
-    bool step_down(const Objective& objective, const NewtonOptions& options, ObjectiveValue& value,
-                   int& cg_iterations);
+    double limit_energy(const Objective& objective, std::span<const Point> positions) const;
+    void add_limit_gradient(const Objective& objective);
+    void add_limit_hessian(const Objective& objective);
     bool search_line(const Objective& objective, double slope, ObjectiveValue& value);
-    bool pin_clamped();
 
     Problem& problem_;
     std::vector<Point>& positions_;

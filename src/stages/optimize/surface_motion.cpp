@@ -2,13 +2,14 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 
 namespace hexopt {
 
 namespace {
 
-constexpr double kNearEnd = 0.98;  ///< of its range: a vertex this far out counts as being at the end
+constexpr double kFreeShare = 0.8; ///< of its range within which nothing holds a vertex back
 constexpr double kReachFactor = 4; ///< generous: DeviationGuard narrows where the quads do deviate
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
@@ -50,75 +51,62 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
     return limits;
 }
 
-SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
-                             const SurfaceLimits& limits)
-    : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {}
-
-void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<const Point> descent,
-                             std::span<Freedom> out) const {
-    const auto bound = surface_.associations();
-    for (Index d = 0; d < out.size(); ++d) {
-        const Index v = problem_.dof_vertex()[d];
-        if (bound[v].kind == EntityKind::interior)
-            out[d] = {};
-        else
-            out[d] = is_off_surface(v) ? in_band(d, positions[v], descent[d])
-                                       : on_surface(d, positions[v], descent[d]);
+SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits)
+    : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {
+    const auto bound = surface.associations();
+    for (Index d = 0; d < problem.dof_count(); ++d) {
+        const Index v = problem.dof_vertex()[d];
+        if (bound[v].kind != EntityKind::interior && (is_off_surface(v) || limits.reach[v] < kUnlimited))
+            limited_.push_back(d);
     }
 }
 
-Freedom SurfaceMotion::on_surface(Index dof, const Point& at, const Point& descent) const {
-    const Index v = problem_.dof_vertex()[dof];
-    const Association bound = surface_.associations()[v];
-    const Projection foot = surface_.project(bound, at, hint_[dof]);
-    hint_[dof] = foot.element;
-    const Point moved = at - limits_.start[v];
-    const bool at_end =
-        glm::length(moved) > kNearEnd * static_cast<double>(limits_.reach[v]) && glm::dot(moved, descent) > 0;
-    if (bound.kind == EntityKind::curve)
-        return {at_end ? Freedom::none : Freedom::line, foot.smooth_direction};
-    if (bound.kind != EntityKind::patch) return {Freedom::none, Point(0)};
-    if (!at_end) return {Freedom::plane, foot.smooth_direction};
-    const Point along = glm::cross(foot.smooth_direction, moved);
-    const double length = glm::length(along);
-    return length > 0 ? Freedom{Freedom::line, along / length} : Freedom{Freedom::none, Point(0)};
+Projection SurfaceMotion::project(Index dof, const Point& query) const {
+    const Projection at = surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, hint_[dof]);
+    hint_[dof] = at.element;
+    return at;
 }
 
-Freedom SurfaceMotion::in_band(Index dof, const Point& at, const Point& descent) const {
-    const Index v = problem_.dof_vertex()[dof];
-    const Projection foot = surface_.project(surface_.associations()[v], at, hint_[dof]);
-    hint_[dof] = foot.element;
-    const auto leads_out = [&](const Point& offset, double end) {
-        return glm::length(offset) > kNearEnd * end && glm::dot(offset, descent) > 0;
-    };
-    if (const Point offset = at - foot.point; leads_out(offset, limits_.band[v]))
-        return {Freedom::plane, glm::normalize(offset)};
-    if (const Point moved = foot.point - limits_.start[v]; leads_out(moved, limits_.reach[v]))
-        return {Freedom::plane, glm::normalize(moved)};
-    return {};
+void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<Freedom> out) const {
+    const auto bound = surface_.associations();
+    for (Index d = 0; d < out.size(); ++d) {
+        const Index v = problem_.dof_vertex()[d];
+        out[d] = {};
+        if (bound[v].kind == EntityKind::interior || is_off_surface(v)) continue;
+        if (bound[v].kind == EntityKind::patch) out[d] = {Freedom::plane, project(d, positions[v]).smooth_direction};
+        else if (bound[v].kind == EntityKind::curve) out[d] = {Freedom::line, project(d, positions[v]).smooth_direction};
+        else out[d] = {Freedom::none, Point(0)};
+    }
 }
 
-Point SurfaceMotion::place(Index dof, const Point& from, const Point& wanted) const {
+Point SurfaceMotion::place(Index dof, const Point& wanted) const {
     const Index v = problem_.dof_vertex()[dof];
-    const Association bound = surface_.associations()[v];
-    if (bound.kind == EntityKind::interior || wanted == from) return wanted;
-    const auto on_entity = [&](const Point& query) {
-        const Projection at = surface_.project(bound, query, hint_[dof]);
-        hint_[dof] = at.element;
-        return at.point;
-    };
-    // A limit narrowed since the vertex went out never forces it back in one jump: it may stay as far as it
-    // is.
-    const Point start = limits_.start[v];
-    const double reach = std::max<double>(limits_.reach[v], glm::distance(from, start));
-    Point foot = on_entity(wanted);
-    const double moved = glm::distance(foot, start);
-    const bool beyond = moved > reach;
-    if (beyond) foot = on_entity(start + (foot - start) * (reach / moved));
-    if (!is_off_surface(v)) return foot;
-    const Point offset = beyond ? from - on_entity(from) : wanted - foot;
-    const double height = glm::length(offset), band = limits_.band[v];
-    return height <= band ? foot + offset : foot + offset * (band / height);
+    if (surface_.associations()[v].kind == EntityKind::interior || is_off_surface(v)) return wanted;
+    return project(dof, wanted).point;
+}
+
+namespace {
+
+/// Adds s^2 with s rising from 0 at kFreeShare of the range to 1 at its end.
+void add_limit(const Point& offset, double range, LimitTerm& term) {
+    const double length = glm::length(offset), free = kFreeShare * range;
+    if (!(length > free)) return;
+    const double width = std::max((1 - kFreeShare) * range, 1e-3 * length), s = (length - free) / width;
+    const Point direction = offset / length;
+    term.energy += s * s;
+    term.gradient += (2 * s / width) * direction;
+    term.hessian += (2 / (width * width)) * glm::outerProduct(direction, direction);
+}
+
+} // namespace
+
+LimitTerm SurfaceMotion::limit(Index dof, const Point& at) const {
+    const Index v = problem_.dof_vertex()[dof];
+    LimitTerm term;
+    const Point foot = is_off_surface(v) ? project(dof, at).point : at;
+    if (limits_.reach[v] < kUnlimited) add_limit(foot - limits_.start[v], limits_.reach[v], term);
+    if (is_off_surface(v)) add_limit(at - foot, limits_.band[v], term);
+    return term;
 }
 
 } // namespace hexopt

@@ -19,23 +19,25 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
                                      const BoundaryModel& surface, double deviation,
                                      const Parallel& parallel);
 
-/// Boundary dofs slide on their patch or curve within their limits; interior ones are free.
+/// Boundary dofs slide on their patch or curve, or near it where their band is open; interior ones are free. Limits
+/// are soft: an energy holds the dofs back, DeviationGuard has the last word.
 class SurfaceMotion final : public Motion {
   public:
     SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits);
 
-    void freedoms(std::span<const Point> positions, std::span<const Point> descent,
-                  std::span<Freedom> out) const override;
-    Point place(Index dof, const Point& from, const Point& wanted) const override;
+    void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
+    Point place(Index dof, const Point& wanted) const override;
+    std::span<const Index> limited() const override { return limited_; }
+    LimitTerm limit(Index dof, const Point& at) const override;
 
   private:
-    Freedom on_surface(Index dof, const Point& at, const Point& descent) const;
-    Freedom in_band(Index dof, const Point& at, const Point& descent) const;
     bool is_off_surface(Index vertex) const { return limits_.band[vertex] > 0; }
+    Projection project(Index dof, const Point& query) const;
 
     const Problem& problem_;
     const BoundaryModel& surface_;
     const SurfaceLimits& limits_;
+    std::vector<Index> limited_;
     mutable std::vector<Index> hint_; ///< per dof: element of its last projection; only saves time
 };
 
