@@ -183,6 +183,7 @@ class MaxMin {
         Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
         NewtonOptions options;
         options.max_steps = 15;
+        options.cg_tolerance = 1e-4;
         const NewtonResult step =
             newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
         result.newton_steps += step.steps;
