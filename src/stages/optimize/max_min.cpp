@@ -135,7 +135,6 @@ class MaxMin {
         for (std::size_t i = 0; i < measure_.size(); ++i)
             if (measure_[i].min_sj < theta + kMargin) seeds.push_back(cell_id_[i]);
         const std::vector<Index> opened = open_bands(movement_, seeds);
-        for (Index v : opened) movement_.movable[v] = 1;
         const auto moving =
             movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable, seeds, kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets);
@@ -158,10 +157,7 @@ class MaxMin {
         }
         for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
         problem.apply_hanging(positions_);
-        for (Index v : opened) {
-            movement_.limits->band[v] = 0;
-            movement_.movable[v] = movement_.surface->associations()[v].kind != EntityKind::corner;
-        }
+        for (Index v : opened) movement_.limits->band[v] = 0;
         return false;
     }
 

@@ -30,7 +30,7 @@ std::vector<std::uint8_t> movable_neighbourhood(const HexMesh& mesh, const Topol
                                                 std::span<const Index> seeds, int rings);
 
 /// Lets the boundary vertices of the given cells, and of one ring around them, leave the surface by
-/// movement.band; corners among them become movable. Returns the vertices whose band was opened.
+/// movement.band. Returns the vertices whose band was opened.
 std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells);
 
 /// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a

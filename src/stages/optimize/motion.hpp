@@ -13,7 +13,8 @@ struct LimitTerm {
     glm::dmat3 hessian{0}; ///< positive semidefinite model
 };
 
-/// Where the dofs of a problem may go: interior vertices anywhere, boundary vertices on their surface or curve.
+/// Where the dofs of a problem may go: interior vertices anywhere, boundary vertices on their surface or
+/// curve.
 class Motion {
   public:
     virtual ~Motion() = default;

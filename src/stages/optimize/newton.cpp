@@ -69,7 +69,8 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
 
 namespace {
 
-/// A vertex at the end of its range weighs as much as a hundred tetrahedra or a corner 0.14 below the threshold.
+/// A vertex at the end of its range weighs as much as a hundred tetrahedra or a corner 0.14 below the
+/// threshold.
 double limit_weight(const Objective& objective) {
     return 100 * objective.shape_weight + 0.02 * objective.penalty_weight;
 }
@@ -94,13 +95,15 @@ double Newton::limit_energy(const Objective& objective, std::span<const Point> p
 void Newton::add_limit_gradient(const Objective& objective) {
     if (!motion_) return;
     for (Index d : motion_->limited())
-        gradient_[d] += limit_weight(objective) * motion_->limit(d, positions_[problem_.dof_vertex()[d]]).gradient;
+        gradient_[d] +=
+            limit_weight(objective) * motion_->limit(d, positions_[problem_.dof_vertex()[d]]).gradient;
 }
 
 void Newton::add_limit_hessian(const Objective& objective) {
     if (!motion_) return;
     for (Index d : motion_->limited())
-        matrix_.add_diagonal(d, limit_weight(objective) * motion_->limit(d, positions_[problem_.dof_vertex()[d]]).hessian);
+        matrix_.add_diagonal(d, limit_weight(objective) *
+                                    motion_->limit(d, positions_[problem_.dof_vertex()[d]]).hessian);
 }
 
 std::vector<CellMeasure> measure_cells(const Problem& problem, std::span<const Point> positions,

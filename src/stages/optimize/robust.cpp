@@ -43,7 +43,7 @@ class RobustRun {
         raise_worst();
         if (surface_ && options_.max_deviation_rel > 0 && !budget_.exhausted()) {
             context.report("max-min in the band", 0.8);
-            movement_.band = band_;
+            let_corners_move();
             raise_worst();
         }
     }
@@ -102,24 +102,30 @@ class RobustRun {
         movement_.deviation = kGuardMargin * deviation;
         band_ = kBandShare * options_.max_deviation_rel * diagonal;
         if (const auto bad = slide_within_deviation(); !bad.empty() && band_ > 0) {
-            movement_.band = band_;
-            for (Index v : open_bands(movement_, bad)) movement_.movable[v] = 1;
+            let_corners_move();
+            open_bands(movement_, bad);
             slide_within_deviation();
             movement_.band = 0;
         }
     }
 
-    /// Slides, narrows the limits where quads deviate too far, and slides again from within them.
+    /// Everything that may move once bands can open: corners too, though each stays until its own band does.
+    void let_corners_move() {
+        const auto bound = surface_->associations();
+        for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (bound[v].kind == EntityKind::corner) movement_.movable[v] = 1;
+        movement_.band = band_;
+    }
+
+    /// Slides, narrows the limits where quads deviate too far, and slides on from there.
     std::vector<Index> slide_within_deviation() {
         const std::vector<Point> before = positions_;
-        for (int narrowing = 0; narrowing < kMaxNarrowings; ++narrowing) {
+        for (int narrowing = 0; narrowing < kMaxNarrowings && !budget_.exhausted(); ++narrowing) {
             const std::vector<Index> bad = slide_all();
             const auto violators = guard_->violators(positions_, guard_->boundary_vertices(),
                                                      movement_.deviation, budget_.parallel());
             if (violators.empty()) return bad;
             guard_->tighten(positions_, violators, limits_);
-            // Back to where the quads were right; what was reached further in is kept.
-            for (Index v : violators) positions_[v] = before[v];
         }
         positions_ = before;
         return {};

@@ -51,7 +51,8 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
     return limits;
 }
 
-SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits)
+SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
+                             const SurfaceLimits& limits)
     : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {
     const auto bound = surface.associations();
     for (Index d = 0; d < problem.dof_count(); ++d) {
@@ -62,7 +63,8 @@ SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surfac
 }
 
 Projection SurfaceMotion::project(Index dof, const Point& query) const {
-    const Projection at = surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, hint_[dof]);
+    const Projection at =
+        surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, hint_[dof]);
     hint_[dof] = at.element;
     return at;
 }
@@ -73,9 +75,12 @@ void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<Freedom
         const Index v = problem_.dof_vertex()[d];
         out[d] = {};
         if (bound[v].kind == EntityKind::interior || is_off_surface(v)) continue;
-        if (bound[v].kind == EntityKind::patch) out[d] = {Freedom::plane, project(d, positions[v]).smooth_direction};
-        else if (bound[v].kind == EntityKind::curve) out[d] = {Freedom::line, project(d, positions[v]).smooth_direction};
-        else out[d] = {Freedom::none, Point(0)};
+        if (bound[v].kind == EntityKind::patch)
+            out[d] = {Freedom::plane, project(d, positions[v]).smooth_direction};
+        else if (bound[v].kind == EntityKind::curve)
+            out[d] = {Freedom::line, project(d, positions[v]).smooth_direction};
+        else
+            out[d] = {Freedom::none, Point(0)};
     }
 }
 

@@ -19,8 +19,8 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
                                      const BoundaryModel& surface, double deviation,
                                      const Parallel& parallel);
 
-/// Boundary dofs slide on their patch or curve, or near it where their band is open; interior ones are free. Limits
-/// are soft: an energy holds the dofs back, DeviationGuard has the last word.
+/// Boundary dofs slide on their patch or curve, or near it where their band is open; interior ones are free.
+/// Limits are soft: an energy holds the dofs back, DeviationGuard has the last word.
 class SurfaceMotion final : public Motion {
   public:
     SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits);
