@@ -133,7 +133,7 @@ class MaxMin {
     bool attempt(double theta, double shape_weight, MaxMinResult& result) {
         std::vector<Index> seeds;
         for (std::size_t i = 0; i < measure_.size(); ++i)
-            if (measure_[i].min_sj < theta + kMargin) seeds.push_back(cell_id_[i]);
+            if (measure_[i].min_sj < theta + kMargin || measure_[i].has_bad32) seeds.push_back(cell_id_[i]);
         const std::vector<Index> opened = open_bands(movement_, seeds);
         const auto moving =
             movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable, seeds, kRings);
@@ -180,6 +180,7 @@ class MaxMin {
         NewtonOptions options;
         options.max_steps = 15;
         options.cg_tolerance = 1e-4;
+        options.min_relative_decrease = 1e-6; // the shape energy of a large neighbourhood dwarfs the penalty
         const NewtonResult step =
             newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
         result.newton_steps += step.steps;

@@ -128,7 +128,17 @@ class RobustRun {
             guard_->tighten(positions_, violators, limits_);
         }
         positions_ = before;
-        return {};
+        Problem problem(mesh_, topology_, movement_.movable);
+        problem.update_lengths(positions_, budget_.parallel());
+        return bad_cells(problem);
+    }
+
+    std::vector<Index> bad_cells(const Problem& problem) const {
+        std::vector<Index> bad;
+        const auto cells = measure_cells(problem, positions_, budget_.parallel());
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            if (cells[i].has_bad32) bad.push_back(problem.cell_id()[i]);
+        return bad;
     }
 
     /// Untangles with everything movable; returns the cells that stay bad.
@@ -137,11 +147,7 @@ class RobustRun {
         SurfaceMotion motion(problem, *surface_, limits_);
         Newton newton(problem, positions_, &motion, budget_);
         finish_untangling(newton);
-        std::vector<Index> bad;
-        const auto cells = measure_cells(problem, positions_, budget_.parallel());
-        for (std::size_t i = 0; i < cells.size(); ++i)
-            if (cells[i].has_bad32) bad.push_back(problem.cell_id()[i]);
-        return bad;
+        return bad_cells(problem);
     }
 
     const HexMesh& mesh_;

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kStartEps = 0.05;
 constexpr double kValidEps = 1e-12;
+constexpr double kLeastEps = 1e-5;   ///< while anything is tangled
+constexpr double kLeastValid = 1e-9; ///< a positive J below this is rounding: the barrier would hold it there
 constexpr int kMaxRounds = 24;
 constexpr int kMaxStalledRounds = 6;
 
@@ -20,7 +22,7 @@ double garanzha_eps(double eps, double least, double energy_before, double energ
     const double sigma = std::max(1 - energy_after / energy_before, 0.1);
     const double mu = (1 - sigma) * (least + std::sqrt(least * least + eps * eps)) / 2;
     if (least < mu) return 2 * std::sqrt(mu * (mu - least));
-    return 1e-9;
+    return kLeastEps;
 }
 
 int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Budget& budget) {
@@ -62,7 +64,7 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
     newton.problem().update_lengths(newton.positions(), budget.parallel());
     Objective objective;
     // A valid mesh must not be let through the barrier again.
-    objective.eps = newton.evaluate(objective).min_jacobian > 0 ? kValidEps : kStartEps;
+    objective.eps = newton.evaluate(objective).min_jacobian > kLeastValid ? kValidEps : kStartEps;
     NewtonOptions options;
     int valid_rounds = 0, stalled_rounds = 0;
     for (result.rounds = 0; result.rounds < kMaxRounds && !budget.exhausted(); ++result.rounds) {
@@ -77,7 +79,7 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
             fmt::format("round {}: eps {:.3e}, energy {:.6e} -> {:.6e}, least J {:.3e}, {} steps, {} cg",
                         result.rounds, objective.eps, step.start.energy, step.end.energy,
                         step.end.min_jacobian, step.steps, step.cg_iterations));
-        if (step.end.min_jacobian > 0) {
+        if (step.end.min_jacobian > kLeastValid) {
             stalled_rounds = 0;
             objective.eps = kValidEps;
             if (++valid_rounds > 1 && decrease < 2e-3) break;
@@ -86,9 +88,9 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
         stalled_rounds = decrease < 1e-4 ? stalled_rounds + 1 : 0;
         if (stalled_rounds >= kMaxStalledRounds) break;
         const double least = step.end.min_jacobian;
-        objective.eps =
-            std::max(1e-9, std::min(0.2 * std::abs(least),
-                                    garanzha_eps(objective.eps, least, step.start.energy, step.end.energy)));
+        objective.eps = std::max(
+            kLeastEps, std::min(0.2 * std::abs(least),
+                                garanzha_eps(objective.eps, least, step.start.energy, step.end.energy)));
     }
     result.eps = objective.eps;
     return result;
