@@ -139,6 +139,12 @@ typedef enum hexopt_energy {
 } hexopt_energy;
 typedef enum hexopt_boundary { HEXOPT_BOUNDARY_FIXED = 0, HEXOPT_BOUNDARY_SLIDE = 1 } hexopt_boundary;
 
+typedef enum hexopt_precision {
+    HEXOPT_PRECISION_F32 = 0,
+    HEXOPT_PRECISION_F64 = 1,
+    HEXOPT_PRECISION_MIXED = 2
+} hexopt_precision;
+
 typedef struct hexopt_optimize_options {
     size_t struct_size;
     uint32_t version;
@@ -151,12 +157,17 @@ typedef struct hexopt_optimize_options {
     double min_sj; /**< stop when the minimum scaled Jacobian reaches it, -1..1; 1: as good as it gets */
     double time_limit_s;    /**< 0: none */
     int32_t max_iterations; /**< >= 1 */
+    /** auto, cpu, vulkan, an index or part of a name; NULL: auto, a GPU where there is one and the options
+     * allow, else the host. Anything but auto and cpu needs a fixed boundary, the robust method and 32
+     * tetrahedra. */
+    const char* device;
+    hexopt_precision precision; /**< f64; others need the same */
 } hexopt_optimize_options;
 
 #define HEXOPT_OPTIMIZE_OPTIONS_INIT                                                                         \
     {                                                                                                        \
         sizeof(hexopt_optimize_options), HEXOPT_VERSION, HEXOPT_METHOD_ROBUST, HEXOPT_ENERGY_AUTOMATIC, 32,  \
-            HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000                                              \
+            HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000, NULL, HEXOPT_PRECISION_F64                  \
     }
 
 /** What was reached. Counts are of cells. */
@@ -183,6 +194,56 @@ HEXOPT_API hexopt_status hexopt_optimize(hexopt_context* context, hexopt_mesh* m
                                          const hexopt_surface* surface,
                                          const hexopt_optimize_options* options,
                                          hexopt_optimize_result* result);
+
+/** A Vulkan device of the host application. It must have been created with bufferDeviceAddress,
+ * scalarBlockLayout and timelineSemaphore, and shaderFloat64 where f64 is not 0. Handles stay the caller's.
+ */
+typedef struct hexopt_vulkan {
+    size_t struct_size;
+    uint32_t version;
+    void* get_instance_proc_addr; /**< PFN_vkGetInstanceProcAddr */
+    void* instance;               /**< VkInstance */
+    void* physical_device;        /**< VkPhysicalDevice */
+    void* device;                 /**< VkDevice */
+    void* queue;                  /**< VkQueue of a family with VK_QUEUE_COMPUTE_BIT */
+    uint32_t queue_family;
+    int32_t f64;              /**< not 0: shaderFloat64 is enabled */
+    void (*lock)(void* user); /**< the queue is used only between lock and unlock; both or neither NULL */
+    void (*unlock)(void* user);
+    void* user;
+} hexopt_vulkan;
+
+#define HEXOPT_VULKAN_INIT                                                                                   \
+    { sizeof(hexopt_vulkan), HEXOPT_VERSION, NULL, NULL, NULL, NULL, NULL, 0, 0, NULL, NULL, NULL }
+
+/** A mesh in buffers of the host application's device. The buffers need storage, transfer (both ways) and
+ *  device-address usage, and must be idle during the call; offsets are in bytes, multiples of 4. */
+typedef struct hexopt_device_mesh {
+    size_t struct_size;
+    uint32_t version;
+    size_t vertex_count;
+    void* positions; /**< VkBuffer: x, y, z of vertex 0, 1, ... without gaps; the only one written to */
+    uint64_t positions_offset;
+    int32_t positions_are_f32; /**< 0: double, else float */
+    size_t cell_count;
+    void* cells; /**< VkBuffer: 8 uint32 a cell, as in hexopt_mesh */
+    uint64_t cells_offset;
+    size_t hanging_count; /**< as in hexopt_mesh, in host memory */
+    const uint32_t* hanging_vertex;
+    const uint64_t* hanging_offset;
+    const uint32_t* hanging_master;
+    const double* hanging_weight;
+} hexopt_device_mesh;
+
+#define HEXOPT_DEVICE_MESH_INIT                                                                              \
+    { sizeof(hexopt_device_mesh), HEXOPT_VERSION, 0, NULL, 0, 0, 0, NULL, 0, 0, NULL, NULL, NULL, NULL }
+
+/** hexopt_optimize() in place in the host application's device memory, computed on its device. options: as
+ * there, but the boundary must be fixed (NULL: defaults with a fixed boundary) and `device` is not used. */
+HEXOPT_API hexopt_status hexopt_optimize_on_device(hexopt_context* context, const hexopt_vulkan* vulkan,
+                                                   const hexopt_device_mesh* mesh,
+                                                   const hexopt_optimize_options* options,
+                                                   hexopt_optimize_result* result);
 
 /** Validity and quality of a mesh. Counts are of cells. */
 typedef struct hexopt_quality {

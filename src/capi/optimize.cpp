@@ -1,3 +1,4 @@
+#include "capi/device_mesh.hpp"
 #include "capi/mesh_view.hpp"
 #include "pipeline/improve_mesh.hpp"
 
@@ -27,6 +28,8 @@ Result<ImproveOptions> convert(const hexopt_optimize_options& c) {
         return usage_error(kWhat, "max_deviation_rel must be in 0..0.1");
     if (!in_range(c.min_sj, -1, 1)) return usage_error(kWhat, "min_sj must be in -1..1");
     if (!(c.time_limit_s >= 0)) return usage_error(kWhat, "time_limit_s must not be negative");
+    if (c.precision < HEXOPT_PRECISION_F32 || c.precision > HEXOPT_PRECISION_MIXED)
+        return usage_error(kWhat, "precision is unknown");
     if (c.max_iterations < 1) return usage_error(kWhat, "max_iterations must be at least 1");
     o.method = c.method == HEXOPT_METHOD_ROBUST ? OptimizeMethod::robust : OptimizeMethod::thesis;
     o.energy = static_cast<Energy>(c.energy);
@@ -40,8 +43,14 @@ Result<ImproveOptions> convert(const hexopt_optimize_options& c) {
     if (c.min_sj < 1) options.target_min_sj = c.min_sj;
     if (c.time_limit_s > 0) o.time_limit_s = c.time_limit_s;
     o.max_iterations = c.max_iterations;
+    if (c.device) options.device = c.device;
+    options.precision = static_cast<compute::Precision>(c.precision);
     return options;
 }
+
+static_assert(static_cast<int>(compute::Precision::f32) == HEXOPT_PRECISION_F32);
+static_assert(static_cast<int>(compute::Precision::f64) == HEXOPT_PRECISION_F64);
+static_assert(static_cast<int>(compute::Precision::mixed) == HEXOPT_PRECISION_MIXED);
 
 constexpr hexopt_optimize_options kDefaults = HEXOPT_OPTIMIZE_OPTIONS_INIT;
 static_assert(kDefaults.feature_angle_deg == BoundaryOptions{}.feature_angle_deg);
@@ -86,9 +95,13 @@ Status conclude(const ImproveOutcome& outcome) {
     }
 }
 
-Status run(hexopt_context& context, hexopt_mesh* mesh, const hexopt_surface* surface,
-           const hexopt_optimize_options* given, hexopt_optimize_result* result) {
-    hexopt_optimize_options known = kDefaults;
+struct Request {
+    ImproveOptions options;
+    hexopt_optimize_result* result; ///< checked; may be null
+};
+
+Result<Request> read_request(hexopt_optimize_options known, const hexopt_optimize_options* given,
+                             hexopt_optimize_result* result) {
     if (given)
         if (auto status = read_struct(given, "hexopt_optimize_options", known); !status)
             return status.error();
@@ -98,22 +111,53 @@ Status run(hexopt_context& context, hexopt_mesh* mesh, const hexopt_surface* sur
             return status.error();
     Result<ImproveOptions> options = convert(known);
     if (!options) return options.error();
+    return Request{std::move(*options), result};
+}
 
+/// Improves the mesh in the caller's arrays.
+Status improve(hexopt_context& context, const hexopt_mesh* mesh, const Request& request) {
     Result<HexMesh> copy = copy_mesh(mesh, context.inner);
     if (!copy) return copy.error();
+    StageClock clock;
+    const Result<ImproveOutcome> outcome = improve_mesh(*copy, request.options, clock, context.inner);
+    if (!outcome) return outcome.error();
+    write_positions(copy->positions, mesh->positions);
+    if (request.result) write_struct(convert(*outcome, clock.total_seconds()), request.result);
+    return conclude(*outcome);
+}
+
+Status run(hexopt_context& context, const hexopt_mesh* mesh, const hexopt_surface* surface,
+           const hexopt_optimize_options* given, hexopt_optimize_result* result) {
+    Result<Request> request = read_request(kDefaults, given, result);
+    if (!request) return request.error();
     TriangleSoup soup;
     if (surface) {
         Result<TriangleSoup> read = copy_surface(surface);
         if (!read) return read.error();
         soup = std::move(*read);
-        options->surface = &soup;
+        request->options.surface = &soup;
     }
-    StageClock clock;
-    Result<ImproveOutcome> outcome = improve_mesh(*copy, *options, clock, context.inner);
-    if (!outcome) return outcome.error();
-    write_positions(copy->positions, mesh->positions);
-    if (result) write_struct(convert(*outcome, clock.total_seconds()), result);
-    return conclude(*outcome);
+    return improve(context, mesh, *request);
+}
+
+Status run_on_device(hexopt_context& context, const hexopt_vulkan* vulkan,
+                     const hexopt_device_mesh* given_mesh, const hexopt_optimize_options* given,
+                     hexopt_optimize_result* result) {
+    hexopt_optimize_options defaults = kDefaults;
+    if (!given) defaults.boundary = HEXOPT_BOUNDARY_FIXED;
+    Result<Request> request = read_request(defaults, given, result);
+    if (!request) return request.error();
+    Result<DeviceMesh> mesh = open_device_mesh(vulkan, given_mesh);
+    if (!mesh) return mesh.error();
+    request->options.backend = &mesh->backend();
+    hexopt_mesh view = mesh->view();
+    const Status status = improve(context, &view, *request);
+    const bool reached = status || status.error().code == ErrorCode::no_valid_mesh ||
+                         status.error().code == ErrorCode::below_target ||
+                         status.error().code == ErrorCode::cancelled;
+    if (!reached) return status;
+    if (auto stored = mesh->store_positions(); !stored) return stored.error();
+    return status;
 }
 
 } // namespace
@@ -126,6 +170,14 @@ hexopt_status hexopt_optimize(hexopt_context* context, hexopt_mesh* mesh, const 
                               const hexopt_optimize_options* options, hexopt_optimize_result* result) {
     return hexopt::capi::guarded_call(
         context, [&] { return hexopt::capi::run(*context, mesh, surface, options, result); });
+}
+
+hexopt_status hexopt_optimize_on_device(hexopt_context* context, const hexopt_vulkan* vulkan,
+                                        const hexopt_device_mesh* mesh,
+                                        const hexopt_optimize_options* options,
+                                        hexopt_optimize_result* result) {
+    return hexopt::capi::guarded_call(
+        context, [&] { return hexopt::capi::run_on_device(*context, vulkan, mesh, options, result); });
 }
 
 } // extern "C"

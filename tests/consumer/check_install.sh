@@ -10,6 +10,16 @@ prefix=$work/prefix
 
 cmake --install "$build" --prefix "$prefix" >"$work/install.log" || { cat "$work/install.log"; exit 1; }
 "$prefix/bin/hexopt-gpu" --version
+grep -q -- 'max\\-deviation\\-rel' "$prefix"/share/man/man1/hexopt-gpu.1
+
+# Completion knows the subcommands, the options of one and the names of samples.
+complete_words() {
+  PATH=$prefix/bin:$PATH bash -c 'source "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _hexopt_gpu; echo "${COMPREPLY[*]}"' \
+    "$prefix/share/bash-completion/completions/hexopt-gpu" "$@"
+}
+[ "$(complete_words hexopt-gpu opt)" = optimize ]
+[ "$(complete_words hexopt-gpu optimize a b --max)" = --max-deviation-rel ]
+[ "$(complete_words hexopt-gpu sample scr)" = scrambled-cube ]
 
 cmake -S "$here" -B "$work/consumer" -G Ninja -DCMAKE_PREFIX_PATH="$prefix" >"$work/configure.log" ||
   { cat "$work/configure.log"; exit 1; }

@@ -61,4 +61,7 @@ install(FILES ${PROJECT_BINARY_DIR}/hexopt.pc DESTINATION ${CMAKE_INSTALL_LIBDIR
 install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 if(HEXOPT_BUILD_TOOLS)
   install(TARGETS hexopt-gpu RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(FILES ${PROJECT_BINARY_DIR}/tools/hexopt-gpu/hexopt-gpu.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES tools/completion/hexopt-gpu.bash RENAME hexopt-gpu
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 endif()
