@@ -71,8 +71,7 @@ struct ComputePlace {
 
 Result<ComputePlace> choose_place(const ImproveOptions& options, const Parallel& parallel) {
     // What the device driver does not offer.
-    const char* host_only = options.optimize.boundary == BoundaryMode::slide    ? "a sliding boundary"
-                            : options.optimize.method == OptimizeMethod::thesis ? "the thesis's method"
+    const char* host_only = options.optimize.method == OptimizeMethod::thesis ? "the thesis's method"
                             : options.optimize.decomposition != Decomposition::all32
                                 ? "a choice of tetrahedra"
                                 : nullptr;
@@ -83,9 +82,8 @@ Result<ComputePlace> choose_place(const ImproveOptions& options, const Parallel&
         if (!is_default)
             return make_error(
                 ErrorCode::usage, "optimize", "",
-                fmt::format("{} is computed by the host in f64 only; do without it (fixed boundary, "
-                            "robust method, 32 tetrahedra), or leave device and precision at "
-                            "their defaults",
+                fmt::format("{} is computed by the host in f64 only; do without it (robust method, 32 "
+                            "tetrahedra), or leave device and precision at their defaults",
                             host_only));
         place.reason = fmt::format("cpu: {} is computed there", host_only);
         return place;
@@ -102,6 +100,8 @@ Result<ComputePlace> choose_place(const ImproveOptions& options, const Parallel&
     if (!place.owned && options.precision != compute::Precision::f64)
         place.owned = compute::create_cpu_backend(parallel);
     place.backend = place.owned.get();
+    if (place.backend && options.optimize.boundary == BoundaryMode::slide)
+        place.reason += "; it untangles the interior, the host lets the boundary slide";
     return place;
 }
 

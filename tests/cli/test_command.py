@@ -186,7 +186,14 @@ class Device(Command):
     def test_what_only_the_host_does_is_refused(self):
         mesh = self.make()
         for option in (("--device", "vulkan"), ("--precision", "f32")):
-            self.assert_error(run("optimize", mesh, self.path("out.vtu"), *option), USAGE, "sliding boundary")
+            result = run("optimize", mesh, self.path("out.vtu"), "--method", "thesis", *option)
+            self.assert_error(result, USAGE, "thesis")
+
+    def test_sliding_goes_on_on_the_host(self):
+        mesh = self.make("in.vtu", "grid", "--size", 4, "--tangled", 0.2)
+        result = run("optimize", mesh, self.path("out.vtu"), "--device", "cpu", "--precision", "mixed")
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertIn("the host lets the boundary slide", result.stdout)
 
     def test_single_precision_kernels(self):
         mesh = self.make("in.vtu", "grid", "--size", 4, "--tangled", 0.2)

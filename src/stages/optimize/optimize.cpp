@@ -145,9 +145,8 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
 
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
                                const OptimizeOptions& options, Context& context, const DeviceTarget* device) {
-    if (device && (options.boundary == BoundaryMode::slide || options.method == OptimizeMethod::thesis))
-        return make_error(ErrorCode::usage, "optimize", "",
-                          "a device computes the robust method with a fixed boundary only");
+    if (device && options.method == OptimizeMethod::thesis)
+        return make_error(ErrorCode::usage, "optimize", "", "a device computes the robust method only");
     if (const Status status = check(mesh, topology, surface, options); !status) return status.error();
     Budget budget(options, context);
     OptimizeStats stats;
@@ -172,13 +171,23 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
         mesh.positions = positions;
         improved = true;
     };
+    // Where the boundary slides, a device untangles the interior first and the host does the rest.
+    const bool slides = options.boundary == BoundaryMode::slide;
+    const auto run_robust = [&]() -> Status {
+        if (device) {
+            OptimizeOptions part = options;
+            part.max_min = options.max_min && !slides;
+            const Status status =
+                optimize_on_device(mesh, topology, part, *device, positions, budget, keep_if_better, stats);
+            if (!status) return status;
+        }
+        if (!device || slides)
+            optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
+        return Done{};
+    };
     if (options.method == OptimizeMethod::thesis)
         optimize_thesis(mesh, topology, options, positions, budget, keep_if_better, stats);
-    else if (!device)
-        optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
-    else if (const Status status = optimize_on_device(mesh, topology, options, *device, positions, budget,
-                                                      keep_if_better, stats);
-             !status && !context.is_cancelled())
+    else if (const Status status = run_robust(); !status && !context.is_cancelled())
         return status.error();
 
     stats.bad8_after = best.bad8;
