@@ -32,6 +32,14 @@ inline HexMesh perturbed_cube(int n, double amount, unsigned seed = 1) {
     return mesh;
 }
 
+/// The same bent, so that its best state is no lattice and max-min has something to do.
+inline HexMesh bent_cube(int n, double amount, unsigned seed = 1) {
+    HexMesh mesh = perturbed_cube(n, amount, seed);
+    for (Point& p : mesh.positions)
+        p = Point(p.x + 0.8 * p.y * p.z / n, p.y + 0.5 * p.x * p.z / n, p.z + 0.3 * p.x * p.x / n);
+    return mesh;
+}
+
 /// A mesh with what the solver needs of it; movable: all vertices off the boundary.
 struct SampleProblem {
     HexMesh mesh;

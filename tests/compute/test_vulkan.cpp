@@ -171,7 +171,7 @@ TEST_CASE("vulkan: a damaged pipeline cache counts as none and is replaced", "[g
 }
 
 TEST_CASE("vulkan: two contexts in two threads give the bits of one", "[gpu]") {
-    const SampleProblem sample(perturbed_cube(4, 1.0, 3));
+    const SampleProblem sample(bent_cube(3, 1.0, 3));
     std::atomic<bool> has_device{true};
     std::vector<std::vector<Point>> results(3);
     const auto work = [&](std::vector<Point>& positions) {

@@ -17,8 +17,6 @@ constexpr double kStartEps = 0.05;
 constexpr int kMaxRounds = 24, kMaxStalledRounds = 6;
 constexpr double kRaiseMargin = 0.05, kRaiseGain = 0.03;
 constexpr int kMaxIdleSweeps = 10, kMaxRaiseSweeps = 200;
-constexpr double kPenaltyWeight = 100, kPenaltyMargin = 0.02;
-constexpr int kRings = 3, kMaxFailures = 6;
 
 enum class Phase { harmonic, untangle, raise_vertices, raise_neighbourhoods, done };
 
@@ -29,8 +27,9 @@ struct Checkpoint {
     double eps = kStartEps;
     int rounds = 0, valid_rounds = 0, stalled_rounds = 0;
     int raise_sweeps = 0, idle_sweeps = 0;
-    double rise = 0.05, shape_weight = 1e-3;
-    int failures = 0;
+    std::size_t strategy = 0;
+    int tries_in_vain = 0;
+    double work_left = 0; ///< of max-min, cells times Newton steps
 };
 
 /// A problem on the device with its solver.
@@ -65,6 +64,8 @@ class DeviceRun {
           budget_(budget), keep_if_better_(keep_if_better), stats_(stats), backend_(target.backend),
           movable_(interior(topology)), whole_(mesh, topology, movable_) {
         at_.positions = positions;
+        at_.work_left =
+            max_min::kWorkAtLeast + max_min::kWorkPerCell * static_cast<double>(mesh.cell_count());
     }
 
     Status run() {
@@ -186,8 +187,14 @@ class DeviceRun {
     Status raise_vertices() {
         DeviceSolver& solver = *whole_.solver;
         Checkpoint next = at_;
+        // Anew in every step, so that a run which goes on elsewhere does the same.
+        if (Status s = solver.update_lengths(); !s) return s;
         const auto before = solver.measure();
         if (!before) return before.error();
+        if (before->min_sj >= target()) {
+            at_.phase = Phase::done;
+            return Done{};
+        }
         const auto moved = solver.sweep_raise(kRaiseMargin, kRaiseGain);
         if (!moved) return moved.error();
         const auto after = solver.measure();
@@ -195,7 +202,7 @@ class DeviceRun {
         ++next.raise_sweeps;
         next.idle_sweeps = after->min_sj > before->min_sj + 1e-4 ? 0 : next.idle_sweeps + 1;
         if (*moved == 0 || next.idle_sweeps >= kMaxIdleSweeps || next.raise_sweeps >= kMaxRaiseSweeps ||
-            after->min_sj >= options_.min_sj)
+            after->min_sj >= target())
             next.phase = Phase::raise_neighbourhoods;
         if (Status s = accept(std::move(next)); !s) return s;
         ++stats_.sweeps;
@@ -208,6 +215,9 @@ class DeviceRun {
         return Done{};
     }
 
+    double target() const { return std::min(options_.min_sj, max_min::kPerfect); }
+    const max_min::Strategy& strategy() const { return max_min::kStrategies[at_.strategy]; }
+
     /// One attempt: Newton on the worst cells and kRings rings around them, with a penalty on corners below a
     /// threshold.
     Status raise_neighbourhoods() {
@@ -215,22 +225,23 @@ class DeviceRun {
         std::vector<Index> seeds;
         double before = 0;
         if (Status s = find_seeds(seeds, before); !s) return s;
-        if (before >= options_.min_sj || at_.failures >= kMaxFailures) {
+        constexpr int kStrategies = static_cast<int>(std::size(max_min::kStrategies));
+        if (before >= target() || at_.tries_in_vain >= kStrategies || !(at_.work_left > 0)) {
             next.phase = Phase::done;
             at_ = std::move(next);
             return Done{};
         }
-        const auto moving = movable_neighbourhood(mesh_, topology_, movable_, seeds, kRings);
+        const auto moving = movable_neighbourhood(mesh_, topology_, movable_, seeds, max_min::kRings);
         Workspace part(mesh_, topology_, moving);
         double after = before;
         if (part.problem.dof_count() > 0)
-            if (Status s = attempt(part, before + at_.rise + kPenaltyMargin, next, after); !s) return s;
-        if (after - before > 0.2 * at_.rise) {
-            next.failures = 0;
+            if (Status s = attempt(part, before + strategy().rise + max_min::kMargin, next, after); !s)
+                return s;
+        if (after - before > max_min::kWorthwhile) {
+            next.tries_in_vain = 0;
         } else {
-            ++next.failures;
-            next.rise = std::max(0.5 * at_.rise, 0.005);
-            if (!(after > before)) next.shape_weight = std::max(1e-5, 0.1 * at_.shape_weight);
+            ++next.tries_in_vain;
+            next.strategy = (at_.strategy + 1) % std::size(max_min::kStrategies);
         }
         at_ = std::move(next);
         positions_ = at_.positions;
@@ -242,14 +253,16 @@ class DeviceRun {
     Status find_seeds(std::vector<Index>& seeds, double& least) {
         if (!whole_.solver) {
             if (Status s = whole_.open(*backend_, target_.precision, at_.positions); !s) return s;
-        } else if (Status s = whole_.device->upload_positions(at_.positions); !s) {
-            return s;
+        } else {
+            if (Status s = whole_.device->upload_positions(at_.positions); !s) return s;
+            if (Status s = whole_.solver->update_lengths(); !s) return s;
         }
         const auto cells = whole_.solver->measure_cells();
         if (!cells) return cells.error();
         least = *std::min_element(cells->begin(), cells->end());
         for (std::size_t i = 0; i < cells->size(); ++i)
-            if ((*cells)[i] < least + at_.rise + kPenaltyMargin) seeds.push_back(whole_.problem.cell_id()[i]);
+            if ((*cells)[i] < least + strategy().rise + max_min::kMargin)
+                seeds.push_back(whole_.problem.cell_id()[i]);
         return Done{};
     }
 
@@ -259,8 +272,8 @@ class DeviceRun {
         if (!before) return before.error();
         NewtonOptions options;
         options.max_steps = 15;
-        const auto newton =
-            part.solver->minimise({at_.eps, at_.shape_weight, kPenaltyWeight, theta}, options, budget_);
+        const auto newton = part.solver->minimise(
+            {at_.eps, strategy().shape_weight, max_min::kPenaltyWeight, theta}, options, budget_);
         if (!newton) return newton.error();
         const auto after = part.solver->measure();
         if (!after) return after.error();

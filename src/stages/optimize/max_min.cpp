@@ -7,21 +7,6 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kPenaltyWeight = 100;
-constexpr double kMargin = 0.02;
-constexpr int kRings = 3;
-/// Cells times Newton steps that the stage may spend: enough for small meshes to converge, a fixed share for
-/// large ones.
-constexpr double kWorkPerCell = 20, kWorkAtLeast = 4e6;
-constexpr double kWorthwhile = 2e-3; ///< rise of the minimum for which a strategy is kept
-
-/// How far to raise the threshold above the minimum, and how much the shape of all cells counts meanwhile.
-/// One is used while it helps, then the next; the stage ends when all fail in a row.
-struct Strategy {
-    double rise, shape_weight;
-};
-constexpr Strategy kStrategies[] = {{0.05, 1e-3}, {0.05, 1e-4}, {0.02, 1e-4},
-                                    {0.02, 1e-3}, {0.01, 1e-5}, {0.005, 1e-4}};
 constexpr int kMaxNarrowings = 8;
 
 struct Worst {
@@ -97,34 +82,35 @@ class MaxMin {
         Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets);
         whole.update_lengths(positions, budget.parallel());
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
-        work_left_ += kWorkPerCell * static_cast<double>(movement.mesh->cell_count());
+        work_left_ += max_min::kWorkPerCell * static_cast<double>(movement.mesh->cell_count());
         measure_ = measure_cells(whole, positions, budget.parallel());
         place_.assign(movement.mesh->cell_count(), kNoIndex);
         for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
     }
 
-    MaxMinResult run(double target) {
+    MaxMinResult run(double wanted) {
+        const double target = std::min(wanted, max_min::kPerfect);
         MaxMinResult result;
         result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
         int tries_in_vain = 0;
         std::size_t strategy = 0;
-        while (tries_in_vain < static_cast<int>(std::size(kStrategies)) && result.min_sj_after < target &&
-               work_left_ > 0 && !budget_.exhausted()) {
+        while (tries_in_vain < static_cast<int>(std::size(max_min::kStrategies)) &&
+               result.min_sj_after < target && work_left_ > 0 && !budget_.exhausted()) {
             ++result.rounds;
             const double before = result.min_sj_after;
-            const Strategy& how = kStrategies[strategy];
+            const max_min::Strategy& how = max_min::kStrategies[strategy];
             if (attempt(before + how.rise, how.shape_weight, result))
                 result.min_sj_after = summarise(measure_).min_sj;
             budget_.context().log(
                 LogLevel::debug,
                 fmt::format("max-min {}: min SJ {:.4f} -> {:.4f} with rise {}, weight {:.0e}", result.rounds,
                             before, result.min_sj_after, how.rise, how.shape_weight));
-            if (result.min_sj_after - before > kWorthwhile) {
+            if (result.min_sj_after - before > max_min::kWorthwhile) {
                 tries_in_vain = 0;
                 continue;
             }
             ++tries_in_vain;
-            strategy = (strategy + 1) % std::size(kStrategies);
+            strategy = (strategy + 1) % std::size(max_min::kStrategies);
         }
         return result;
     }
@@ -133,10 +119,11 @@ class MaxMin {
     bool attempt(double theta, double shape_weight, MaxMinResult& result) {
         std::vector<Index> seeds;
         for (std::size_t i = 0; i < measure_.size(); ++i)
-            if (measure_[i].min_sj < theta + kMargin || measure_[i].has_bad32) seeds.push_back(cell_id_[i]);
+            if (measure_[i].min_sj < theta + max_min::kMargin || measure_[i].has_bad32)
+                seeds.push_back(cell_id_[i]);
         const std::vector<Index> opened = open_bands(movement_, seeds);
-        const auto moving =
-            movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable, seeds, kRings);
+        const auto moving = movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable,
+                                                  seeds, max_min::kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets);
         problem.update_lengths(positions_, budget_.parallel());
         saved_.assign(problem.dof_count(), Point(0));
@@ -182,7 +169,7 @@ class MaxMin {
         options.cg_tolerance = 1e-4;
         options.min_relative_decrease = 1e-6; // the shape energy of a large neighbourhood dwarfs the penalty
         const NewtonResult step =
-            newton.minimise({eps_, shape_weight, kPenaltyWeight, theta + kMargin}, options);
+            newton.minimise({eps_, shape_weight, max_min::kPenaltyWeight, theta + max_min::kMargin}, options);
         result.newton_steps += step.steps;
         work_left_ -= static_cast<double>(problem.cell_count()) * (step.steps + 1);
         result.cg_iterations += step.cg_iterations;
@@ -192,7 +179,7 @@ class MaxMin {
     std::vector<Point>& positions_;
     double eps_;
     Budget& budget_;
-    double work_left_ = kWorkAtLeast;
+    double work_left_ = max_min::kWorkAtLeast;
     std::vector<Index> cell_id_, place_;
     std::vector<CellMeasure> measure_;
     std::vector<Point> saved_;

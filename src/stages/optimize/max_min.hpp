@@ -5,6 +5,29 @@
 
 namespace hexopt {
 
+/// How the stage goes about it, on the host and on devices.
+namespace max_min {
+
+inline constexpr double kPenaltyWeight = 100;
+inline constexpr double kMargin = 0.02;
+inline constexpr int kRings = 3;
+/// Cells times Newton steps that the stage may spend: enough for small meshes to converge, a fixed share for
+/// large ones.
+inline constexpr double kWorkPerCell = 20, kWorkAtLeast = 4e6;
+inline constexpr double kWorthwhile = 2e-3; ///< rise of the minimum for which a strategy is kept
+
+/// How far to raise the threshold above the minimum, and how much the shape of all cells counts meanwhile.
+/// One is used while it helps, then the next; the stage ends when all fail in a row.
+struct Strategy {
+    double rise, shape_weight;
+};
+inline constexpr Strategy kStrategies[] = {{0.05, 1e-3}, {0.05, 1e-4}, {0.02, 1e-4},
+                                           {0.02, 1e-3}, {0.01, 1e-5}, {0.005, 1e-4}};
+/// Where to stop at the latest: rounding keeps even a lattice below 1.
+inline constexpr double kPerfect = 0.9995;
+
+} // namespace max_min
+
 /// What may move and where.
 struct Movement {
     const HexMesh* mesh = nullptr;
