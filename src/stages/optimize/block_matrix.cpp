@@ -129,21 +129,23 @@ void BlockMatrix::add_diagonal(Index row, const glm::dmat3& block) {
     for (int k = 0; k < 9; ++k) to[k] += static_cast<float>(block[k / 3][k % 3]);
 }
 
-void BlockMatrix::multiply(std::span<const Point> x, std::span<Point> y, const Parallel& parallel) const {
-    parallel.for_each(rows(), kVectorChunk, [&](std::size_t i) { y[i] = Point(0); });
+void BlockMatrix::multiply(std::span<const glm::vec3> x, std::span<glm::vec3> y,
+                           const Parallel& parallel) const {
+    parallel.for_each(rows(), kVectorChunk, [&](std::size_t i) { y[i] = glm::vec3(0); });
     row_schedule_.run(parallel, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
-            const Point xi = x[row];
-            Point sum(0);
+            const glm::vec3 xi = x[row];
+            glm::vec3 sum(0);
             for (std::size_t k = offset_[row]; k < offset_[row + 1]; ++k) {
                 const float* m = &value_[9 * k];
-                const Point& xj = x[column_[k]];
-                sum += Point(m[0] * xj.x + m[1] * xj.y + m[2] * xj.z, m[3] * xj.x + m[4] * xj.y + m[5] * xj.z,
-                             m[6] * xj.x + m[7] * xj.y + m[8] * xj.z);
+                const glm::vec3& xj = x[column_[k]];
+                sum += glm::vec3(m[0] * xj.x + m[1] * xj.y + m[2] * xj.z,
+                                 m[3] * xj.x + m[4] * xj.y + m[5] * xj.z,
+                                 m[6] * xj.x + m[7] * xj.y + m[8] * xj.z);
                 if (column_[k] == row) continue;
-                y[column_[k]] +=
-                    Point(m[0] * xi.x + m[3] * xi.y + m[6] * xi.z, m[1] * xi.x + m[4] * xi.y + m[7] * xi.z,
-                          m[2] * xi.x + m[5] * xi.y + m[8] * xi.z);
+                y[column_[k]] += glm::vec3(m[0] * xi.x + m[3] * xi.y + m[6] * xi.z,
+                                           m[1] * xi.x + m[4] * xi.y + m[7] * xi.z,
+                                           m[2] * xi.x + m[5] * xi.y + m[8] * xi.z);
             }
             y[row] += sum;
         }
@@ -181,12 +183,12 @@ glm::dmat3 inverse_diagonal(const float* m, const Freedom* freedom) {
     return glm::inverse(block);
 }
 
-double dot(std::span<const Point> a, std::span<const Point> b, const Parallel& parallel) {
+double dot(std::span<const glm::vec3> a, std::span<const glm::vec3> b, const Parallel& parallel) {
     return parallel.reduce(
         a.size(), kVectorChunk, 0.0,
         [&](std::size_t begin, std::size_t end) {
             double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += glm::dot(a[i], b[i]);
+            for (std::size_t i = begin; i < end; ++i) sum += glm::dot(glm::dvec3(a[i]), glm::dvec3(b[i]));
             return sum;
         },
         std::plus<>());
@@ -197,28 +199,30 @@ double dot(std::span<const Point> a, std::span<const Point> b, const Parallel& p
 CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span<const Freedom> freedom,
                   std::span<Point> x, double tolerance, int max_iterations, const Parallel& parallel) {
     const std::size_t n = matrix.rows();
-    std::vector<Point> r(n), p(n), q(n);
-    std::vector<Point>& z = q; // the preconditioned residual is needed only while A p is not
+    CgResult result;
+    // Gradients differ in size by the scale of the model: single precision works on the right-hand side over
+    // its largest entry.
+    double scale = 0;
+    for (const Point& p : b) scale = std::max({scale, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    std::fill(x.begin(), x.end(), Point(0));
+    if (!(scale > 0) || !std::isfinite(scale)) return result;
+    std::vector<glm::vec3> r(n), p(n), q(n);
+    std::vector<glm::vec3>& z = q; // the preconditioned residual is needed only while A p is not
     std::vector<glm::mat3> inverse(n);
+    const auto allowed = [&](std::size_t i, const glm::vec3& v) {
+        return freedom.empty() ? v : glm::vec3(restrict_to(freedom[i], Point(v)));
+    };
     parallel.for_each(n, 512, [&](std::size_t i) {
         inverse[i] = inverse_diagonal(matrix.diagonal(i), freedom.empty() ? nullptr : &freedom[i]);
+        r[i] = allowed(i, glm::vec3(b[i] / scale));
     });
-    const auto allowed = [&](std::size_t i, const Point& v) {
-        return freedom.empty() ? v : restrict_to(freedom[i], v);
-    };
     const auto precondition = [&] {
-        parallel.for_each(n, kVectorChunk,
-                          [&](std::size_t i) { z[i] = allowed(i, glm::dmat3(inverse[i]) * r[i]); });
+        parallel.for_each(n, kVectorChunk, [&](std::size_t i) { z[i] = allowed(i, inverse[i] * r[i]); });
     };
-    parallel.for_each(n, kVectorChunk, [&](std::size_t i) {
-        x[i] = Point(0);
-        r[i] = allowed(i, b[i]);
-    });
     precondition();
     std::copy(z.begin(), z.end(), p.begin());
     double rz = dot(r, z, parallel);
     const double start = rz;
-    CgResult result;
     while (result.iterations < max_iterations && rz > tolerance * start && rz > 0) {
         matrix.multiply(p, q, parallel);
         if (!freedom.empty())
@@ -227,12 +231,12 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
         if (!(curvature > 0)) break;
         const double alpha = rz / curvature;
         parallel.for_each(n, kVectorChunk, [&](std::size_t i) {
-            x[i] += alpha * p[i];
-            r[i] -= alpha * q[i];
+            x[i] += (alpha * scale) * Point(p[i]);
+            r[i] -= static_cast<float>(alpha) * q[i];
         });
         precondition();
         const double next = dot(r, z, parallel);
-        const double beta = next / rz;
+        const auto beta = static_cast<float>(next / rz);
         rz = next;
         parallel.for_each(n, kVectorChunk, [&](std::size_t i) { p[i] = z[i] + beta * p[i]; });
         ++result.iterations;

@@ -24,7 +24,7 @@ class BlockMatrix {
     void add_diagonal(Index row, const glm::dmat3& block);
 
     /// y = A x.
-    void multiply(std::span<const Point> x, std::span<Point> y, const Parallel& parallel) const;
+    void multiply(std::span<const glm::vec3> x, std::span<glm::vec3> y, const Parallel& parallel) const;
 
     /// The diagonal block of a row, row by row.
     const float* diagonal(std::size_t row) const { return &value_[9 * offset_[row]]; }

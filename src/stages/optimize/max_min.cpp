@@ -129,9 +129,13 @@ class MaxMin {
         saved_.assign(problem.dof_count(), Point(0));
         for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];
 
+        std::optional<SurfaceMotion> motion;
+        if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
+        Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
         const Worst before = measure_neighbourhood(problem, nullptr);
         for (int narrowing = 0; narrowing < kMaxNarrowings && problem.dof_count() > 0; ++narrowing) {
-            minimise_penalty(problem, theta, shape_weight, result);
+            if (narrowing > 0) motion.emplace(problem, *movement_.surface, *movement_.limits);
+            minimise_penalty(newton, theta, shape_weight, result);
             const std::vector<Index> violators = find_violators(problem);
             if (violators.empty()) {
                 std::vector<CellMeasure> after;
@@ -160,10 +164,7 @@ class MaxMin {
         return summarise(measure);
     }
 
-    void minimise_penalty(Problem& problem, double theta, double shape_weight, MaxMinResult& result) {
-        std::optional<SurfaceMotion> motion;
-        if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
-        Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
+    void minimise_penalty(Newton& newton, double theta, double shape_weight, MaxMinResult& result) {
         NewtonOptions options;
         options.max_steps = 15;
         options.cg_tolerance = 1e-4;
@@ -171,8 +172,9 @@ class MaxMin {
         const NewtonResult step =
             newton.minimise({eps_, shape_weight, max_min::kPenaltyWeight, theta + max_min::kMargin}, options);
         result.newton_steps += step.steps;
-        work_left_ -= static_cast<double>(problem.cell_count()) * (step.steps + 1);
         result.cg_iterations += step.cg_iterations;
+        work_left_ -= static_cast<double>(newton.problem().cell_count()) *
+                      (1 + step.steps + max_min::kWorkPerCgIteration * step.cg_iterations);
     }
 
     Movement& movement_;

@@ -13,7 +13,8 @@ inline constexpr double kMargin = 0.02;
 inline constexpr int kRings = 3;
 /// Cells times Newton steps that the stage may spend: enough for small meshes to converge, a fixed share for
 /// large ones.
-inline constexpr double kWorkPerCell = 20, kWorkAtLeast = 4e6;
+inline constexpr double kWorkPerCell = 20, kWorkAtLeast = 8e6;
+inline constexpr double kWorkPerCgIteration = 0.1; ///< against a Newton step without its conjugate gradients
 inline constexpr double kWorthwhile = 2e-3; ///< rise of the minimum for which a strategy is kept
 
 /// How far to raise the threshold above the minimum, and how much the shape of all cells counts meanwhile.

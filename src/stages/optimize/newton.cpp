@@ -30,6 +30,7 @@ HexGroup group_of(const Problem& problem, const Objective& objective, std::span<
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
       gradient_(problem.dof_count()), step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {
+    problem.release_cell_dof();
 }
 
 namespace {
