@@ -15,6 +15,9 @@ namespace {
 
 constexpr double kStartEps = 0.05;
 constexpr int kMaxRounds = 24, kMaxStalledRounds = 6;
+/// Work of max-min (max_min::kWorkPerCell) that even a small mesh may take; less than on the host, whose
+/// vectorised kernels are an order faster than a software device.
+constexpr double kWorkAtLeast = 4e5;
 constexpr double kRaiseMargin = 0.05, kRaiseGain = 0.03;
 constexpr int kMaxIdleSweeps = 10, kMaxRaiseSweeps = 200;
 
