@@ -34,6 +34,7 @@ class RobustRun {
         untangle_interior();
         keep_if_better_();
         if (surface_ && !budget_.exhausted()) {
+            raise_with_fixed_boundary();
             context.report("slide", 0.4);
             slide();
             keep_if_better_();
@@ -49,6 +50,15 @@ class RobustRun {
     }
 
   private:
+    /// Sliding ends below what a fixed boundary allows on some meshes: that result is kept as one to beat.
+    /// Sliding itself starts from the smoother state before it.
+    void raise_with_fixed_boundary() {
+        if (!options_.max_min) return;
+        const std::vector<Point> untangled = positions_;
+        raise_worst();
+        positions_ = untangled;
+    }
+
     void raise_worst() {
         const MaxMinResult result = raise_worst_cells(movement_, positions_, eps_, options_.min_sj, budget_);
         stats_.newton_steps += result.newton_steps;
