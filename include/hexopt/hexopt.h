@@ -178,7 +178,7 @@ typedef struct hexopt_optimize_result {
     uint64_t concave32_before, concave32_after; /**< with any of all 32 tetrahedra not positive */
     double min_sj_before, min_sj_after;         /**< minimum scaled Jacobian, -1..1 */
     uint64_t infeasible;                        /**< proved to stay bad whatever the free vertices do */
-    double max_deviation; /**< largest distance of a boundary vertex from the surface, model units */
+    double max_deviation; /**< two-sided, of the boundary from the surface, model units; 0 if fixed */
     double seconds;
 } hexopt_optimize_result;
 

@@ -71,7 +71,7 @@ hexopt_optimize_result convert(const ImproveOutcome& outcome, double seconds) {
     result.min_sj_before = outcome.before.validity.min_scaled_jacobian;
     result.min_sj_after = outcome.after.validity.min_scaled_jacobian;
     result.infeasible = outcome.stats ? outcome.stats->min_bad32 : 0;
-    result.max_deviation = outcome.stats ? outcome.stats->max_deviation_used : 0;
+    result.max_deviation = outcome.deviation ? outcome.deviation->largest() : 0;
     result.seconds = seconds;
     return result;
 }

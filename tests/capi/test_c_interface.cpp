@@ -114,6 +114,28 @@ TEST_CASE("the boundary moves onto a given surface") {
     CHECK_THAT(hexopt_context_message(context.get()), Catch::Contains("triangle 0"));
 }
 
+TEST_CASE("the result says how far the boundary is from the surface") {
+    // The surface's bottom is a flat pyramid whose tip lies where the mesh has no vertex.
+    const ContextPointer context = make_context();
+    Grid grid(2);
+    double positions[27] = {};
+    for (int v = 0; v < 8; ++v)
+        for (int k = 0; k < 3; ++k) positions[3 * v + k] = v >> k & 1 ? 2 : 0;
+    positions[24] = positions[25] = 0.5, positions[26] = -0.1;
+    const std::uint32_t triangles[] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7,
+                                       2, 7, 3, 0, 2, 8, 2, 3, 8, 3, 1, 8, 1, 0, 8, 4, 5, 7, 4, 7, 6};
+    hexopt_surface surface = HEXOPT_SURFACE_INIT;
+    surface.vertex_count = 9;
+    surface.positions = positions;
+    surface.triangle_count = 14;
+    surface.triangles = triangles;
+    hexopt_mesh mesh = view(grid);
+    hexopt_optimize_result result = HEXOPT_OPTIMIZE_RESULT_INIT;
+    REQUIRE(hexopt_optimize(context.get(), &mesh, &surface, nullptr, &result) == HEXOPT_OK);
+    CHECK(result.max_deviation > 0.01);
+    CHECK(result.max_deviation < 0.1);
+}
+
 TEST_CASE("damaged meshes are refused by name, and their positions stay") {
     const ContextPointer context = make_context();
     Grid grid(2);

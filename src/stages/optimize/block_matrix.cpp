@@ -241,7 +241,6 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
         parallel.for_each(n, kVectorChunk, [&](std::size_t i) { p[i] = z[i] + beta * p[i]; });
         ++result.iterations;
     }
-    result.relative_residual = start > 0 ? rz / start : 0;
     return result;
 }
 

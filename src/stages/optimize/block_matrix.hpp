@@ -54,7 +54,6 @@ Point restrict_to(const Freedom& freedom, const Point& v);
 
 struct CgResult {
     int iterations = 0;
-    double relative_residual = 0;
 };
 
 /// Solves A x = b on the space that `freedom` allows (empty: everything) by conjugate gradients with a

@@ -27,8 +27,6 @@ class ChunkSchedule {
         }
     }
 
-    std::size_t colour_count() const { return colours_.rows(); }
-
   private:
     std::size_t item_count_ = 0;
     std::size_t chunk_size_ = 1;

@@ -67,7 +67,6 @@ struct OptimizeStats {
     double min_sj_before = 0, min_sj_after = 0;
     int newton_steps = 0, sweeps = 0, cg_iterations = 0;
     double seconds = 0;
-    double max_deviation_used = 0; ///< largest distance of a boundary vertex from the surface, model units
     bool restored_input = false;   ///< nothing better than the input was found, which is returned unchanged
     std::vector<Index> infeasible_cells; ///< cells proved to stay bad wherever the free vertices go
     Csr<Index> infeasible_groups; ///< at least one cell of each row is proved to stay bad; rows disjoint

@@ -17,7 +17,6 @@ struct UntangleResult {
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
     double eps = 0;          ///< regularisation that the last round would go on with
     double min_jacobian = 0; ///< least J / delta over the tetrahedra that can move
-    bool untangled() const { return min_jacobian > 0; }
 };
 
 /// Minimises the regularised shape energy while eps falls (Garanzha et al. 2021, with eps <= 0.2 |min J|).
