@@ -46,6 +46,9 @@ double compute_diagonal(const std::vector<Point>& positions, std::span<const Qua
 /// Takes over patches, curves and corners. Triangles are parts of the graph's faces, as parts.source says.
 void add_features(const FeatureGraph& graph, BoundaryModelParts& parts);
 
+/// Error usage where an option is out of range.
+Status check_options(const BoundaryOptions& options);
+
 FeatureLimits feature_limits(const BoundaryOptions& options);
 
 class BoundaryModelBuilder {

@@ -35,8 +35,6 @@ std::vector<Quad> boundary_quads(const HexMesh& mesh, const Topology& topology) 
     return quads;
 }
 
-namespace {
-
 Status check_options(const BoundaryOptions& options) {
     const auto usage = [](const char* reason) { return make_error(ErrorCode::usage, kStage, "", reason); };
     if (!(options.feature_angle_deg >= 0 && options.feature_angle_deg <= 180))
@@ -46,6 +44,8 @@ Status check_options(const BoundaryOptions& options) {
     if (!(options.reach >= 0 && options.reach <= 2)) return usage("the reach must lie in 0..2 edge lengths");
     return Done{};
 }
+
+namespace {
 
 std::vector<Association> associate_own(const Topology& topology, const FeatureGraph& graph) {
     std::vector<Association> association(topology.on_boundary.size());

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/csr.hpp"
+#include "core/result.hpp"
+#include "domain/boundary_model.hpp"
+#include "mesh/triangle_soup.hpp"
+
+#include <string>
+#include <vector>
+
+namespace hexopt {
+
+/// Largest and smallest dihedral angle along a curve, degrees, 0..360, measured through the inside of the
+/// domain: 90 at the edge of a cube that is meshed inside, 270 outside. 180 where the curve has not two
+/// sides.
+struct CurveAngle {
+    double smallest = 180, largest = 180;
+};
+
+/// What is meshed: patches, curves and corners with their geometry (model) and incidence. Thesis section 3.2:
+/// topology and geometry are kept apart; the triangles of two patches need not match at their curve.
+struct Domain {
+    BoundaryModel model;     ///< unbound until the mesh is fitted
+    Csr<Index> curve_patch;  ///< per curve: patches beside it, rising; one where both sides are the same
+    Csr<Index> corner_curve; ///< per corner: curves that end there, rising; twice for a loop
+    std::vector<CurveAngle> angle;  ///< per curve
+    std::vector<Index> patch_name;  ///< per patch: its name in `names`
+    std::vector<std::string> names; ///< of patches as the input calls them
+    std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0; ///< of the input
+};
+
+/// Builds the domain of a soup whose triangles point outwards (away from where the mesh will be). Patches:
+/// the soup's, cut along feature edges. Errors: usage, bad_input as build_boundary_model(), cancelled.
+Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context);
+
+} // namespace hexopt
