@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
-/// What the shared mathematics of shaders/math needs in C++: a three-vector over any real type (float, double or a
-/// SIMD pack, which GLM's functions refuse) and GLSL's words for parameters.
+/// What the shared mathematics of shaders/math needs in C++: a three-vector over any real type (float, double
+/// or a SIMD pack, which GLM's functions refuse) and GLSL's words for parameters.
 #define FN inline
 #define OUT(T) T&
 #define INOUT(T) T&
@@ -17,6 +17,13 @@ struct Vec3 {
     T x, y, z;
     Vec3() = default;
     Vec3(T x_, T y_, T z_) : x(x_), y(y_), z(z_) {}
+    // A defaulted copy is moved through memory 16 bytes at a time; the wider loads that follow then wait for
+    // it.
+    Vec3(const Vec3& other) : x(other.x), y(other.y), z(other.z) {}
+    Vec3& operator=(const Vec3& other) {
+        x = other.x, y = other.y, z = other.z;
+        return *this;
+    }
 };
 
 template <class T>
