@@ -1,0 +1,329 @@
+#include "stages/fit/capture.hpp"
+
+#include "domain/box_tree.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <unordered_map>
+
+namespace hexopt::fit {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Candidate {
+    double cost;
+    Index anchor, vertex;
+    auto operator<=>(const Candidate&) const = default;
+};
+
+int usable_edges(const SurfaceMesh& surface, Index v) {
+    int count = 0;
+    for (Index e : surface.vertex_edge[v]) count += surface.edge[e].ridge_allowed;
+    return count;
+}
+
+/// Vertices within reach of each anchor, with what they cost in units of the local edge length: distance and
+/// a penalty for every edge too few.
+std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const std::vector<Point>& placed,
+                                       const CurveNet& net, double reach) {
+    Box frame;
+    std::vector<Box> boxes;
+    std::vector<Index> member;
+    for (Index v = 0; v < placed.size(); ++v) {
+        if (surface.hanging[v]) continue;
+        boxes.emplace_back().add(placed[v]);
+        frame.add(placed[v]);
+        member.push_back(v);
+    }
+    std::vector<Candidate> candidates;
+    if (boxes.empty()) return candidates;
+    for (const Anchor& anchor : net.anchors) frame.add(anchor.place);
+    BoxTree tree(frame);
+    std::vector<Index> order;
+    const Index root = tree.add_tree(boxes, 0, order);
+    const double widest = *std::max_element(surface.size.begin(), surface.size.end());
+    for (Index a = 0; a < net.anchors.size(); ++a) {
+        const double radius2 = reach * widest * reach * widest;
+        const auto legs = static_cast<int>(net.anchor_leg[a].size());
+        if (legs == 0) continue;
+        tree.visit_near(root, net.anchors[a].place, radius2, [&](Index first, Index last) {
+            for (Index i = first; i < last; ++i) {
+                const Index v = member[order[i]];
+                const double distance = glm::distance(placed[v], net.anchors[a].place) / surface.size[v];
+                if (distance > reach) continue;
+                const int missing = std::max(0, legs - usable_edges(surface, v));
+                candidates.push_back({distance + missing, a, v});
+            }
+        });
+    }
+    std::sort(candidates.begin(), candidates.end());
+    return candidates;
+}
+
+std::vector<Index> capture_anchors(const SurfaceMesh& surface, const std::vector<Point>& placed,
+                                   const CurveNet& net, double reach) {
+    std::vector<Index> taken(net.anchors.size(), kNoIndex);
+    std::vector<std::uint8_t> used(placed.size(), 0);
+    for (const Candidate& c : find_candidates(surface, placed, net, reach)) {
+        if (taken[c.anchor] != kNoIndex || used[c.vertex]) continue;
+        taken[c.anchor] = c.vertex;
+        used[c.vertex] = 1;
+    }
+    return taken;
+}
+
+/// Shortest paths of one leg after the other.
+class Router {
+  public:
+    Router(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
+           const CurveNet& net, const CaptureOptions& options, Capture& capture)
+        : surface_(surface), placed_(placed), domain_(domain), net_(net), options_(options),
+          capture_(capture), anchor_at_(placed.size(), 0), leg_at_(placed.size(), kNoIndex),
+          reserved_(placed.size(), kNoIndex), first_step_(net.legs.size(), {kNoIndex, kNoIndex}) {
+        for (Index v : capture.anchor_vertex)
+            if (v != kNoIndex) anchor_at_[v] = 1;
+    }
+
+    void run(const Context& context) {
+        for (Index a = 0; a < net_.anchors.size(); ++a) reserve_ring(a);
+        std::vector<Index> order(net_.legs.size());
+        std::iota(order.begin(), order.end(), Index{0});
+        std::stable_sort(order.begin(), order.end(),
+                         [&](Index a, Index b) { return net_.legs[a].length() < net_.legs[b].length(); });
+        std::vector<Index> queue(order.rbegin(), order.rend());
+        const int limit = std::max(60, options_.reroutes_a_leg * static_cast<int>(net_.legs.size()));
+        while (!queue.empty() && !context.is_cancelled()) {
+            const Index leg = queue.back();
+            queue.pop_back();
+            if (!has_anchors(leg)) continue;
+            if (route(leg, false)) continue;
+            if (capture_.reroutes >= limit || dropped_[leg] > 8) continue;
+            const std::vector<Index> hit = route_through(leg);
+            for (Index other : hit) {
+                ++capture_.reroutes;
+                ++dropped_[other];
+            }
+            queue.insert(queue.begin(), hit.begin(), hit.end());
+        }
+    }
+
+  private:
+    struct Step {
+        double cost;
+        Index vertex;
+        auto operator<=>(const Step&) const = default;
+    };
+
+    bool has_anchors(Index leg) const {
+        const auto [a, b] = net_.legs[leg].anchor;
+        return capture_.anchor_vertex[a] != kNoIndex && capture_.anchor_vertex[b] != kNoIndex;
+    }
+
+    /// Direction in which leg l leaves anchor a, seen from one edge length away.
+    Point direction(Index l, Index a, double size) const {
+        const Leg& leg = net_.legs[l];
+        const double ahead = std::min(1.5 * size, 0.5 * leg.length());
+        const bool forward = leg.anchor[0] == a;
+        const Point d = point_at(leg, forward ? ahead : leg.length() - ahead) - net_.anchors[a].place;
+        const double length = glm::length(d);
+        return length > 0 ? d / length : d;
+    }
+
+    /// Gives each leg at an anchor an edge of its own: the choice with the least sum of squared angles.
+    void reserve_ring(Index a) {
+        const Index v = capture_.anchor_vertex[a];
+        const std::span<const Index> legs = net_.anchor_leg[a];
+        if (v == kNoIndex || legs.empty() || legs.size() > 6) return;
+        std::vector<Index> neighbour;
+        for (Index e : surface_.vertex_edge[v])
+            if (surface_.edge[e].ridge_allowed) neighbour.push_back(surface_.other_end(e, v));
+        if (neighbour.size() < legs.size() || neighbour.size() > 8) return;
+        std::vector<std::vector<double>> cost(legs.size());
+        for (std::size_t l = 0; l < legs.size(); ++l) {
+            const Point d = direction(legs[l], a, surface_.size[v]);
+            for (Index u : neighbour) {
+                const Point edge = placed_[u] - net_.anchors[a].place;
+                const double c = glm::dot(d, edge) / std::max(glm::length(edge), 1e-300);
+                const double angle = std::acos(std::clamp(c, -1.0, 1.0));
+                cost[l].push_back(angle * angle + (taken_by_other(u, legs[l]) ? 20 : 0));
+            }
+        }
+        std::vector<Index> choice(legs.size()), best;
+        double least = kInfinity;
+        choose(cost, 0, 0, 0, choice, best, least);
+        if (best.empty()) return;
+        for (std::size_t l = 0; l < legs.size(); ++l) {
+            const Index u = neighbour[best[l]];
+            if (taken_by_other(u, legs[l])) continue;
+            first_step_[legs[l]][net_.legs[legs[l]].anchor[0] == a ? 0 : 1] = u;
+            if (!anchor_at_[u]) reserved_[u] = legs[l];
+        }
+    }
+
+    /// An anchor is a first step only of the legs that end there.
+    bool taken_by_other(Index u, Index leg) const {
+        if (anchor_at_[u])
+            return u != capture_.anchor_vertex[net_.legs[leg].anchor[0]] &&
+                   u != capture_.anchor_vertex[net_.legs[leg].anchor[1]];
+        return reserved_[u] != kNoIndex && reserved_[u] != leg;
+    }
+
+    static void choose(const std::vector<std::vector<double>>& cost, std::size_t row, unsigned used,
+                       double sum, std::vector<Index>& choice, std::vector<Index>& best, double& least) {
+        if (sum >= least) return;
+        if (row == cost.size()) {
+            least = sum;
+            best = choice;
+            return;
+        }
+        for (Index k = 0; k < cost[row].size(); ++k) {
+            if (used >> k & 1) continue;
+            choice[row] = k;
+            choose(cost, row + 1, used | 1u << k, sum + cost[row][k], choice, best, least);
+        }
+    }
+
+    double curve_distance(Index curve, const Point& query) const {
+        return domain_.model.project_curve(curve, query).distance;
+    }
+
+    double edge_weight(Index curve, Index from, Index to) const {
+        const double h = 0.5 * (surface_.size[from] + surface_.size[to]);
+        const double end = curve_distance(curve, placed_[to]) / h;
+        if (end > options_.path_reach) return kInfinity;
+        const double middle = curve_distance(curve, 0.5 * (placed_[from] + placed_[to])) / h;
+        return h * (0.1 + 4 * middle * middle + 4 * end * end);
+    }
+
+    /// 0.3 edge lengths where the step and the one before are sides of one quad.
+    double fold_penalty(Index before, Index at, Index next) const {
+        if (before == kNoIndex) return 0;
+        for (Index q : surface_.vertex_quad[at]) {
+            const Quad& quad = surface_.quad[q];
+            if (std::find(quad.begin(), quad.end(), before) != quad.end() &&
+                std::find(quad.begin(), quad.end(), next) != quad.end())
+                return 0.3 * surface_.size[at];
+        }
+        return 0;
+    }
+
+    /// What it costs leg `leg` to pass v: 0 where free, infinite where it may not.
+    double passage(Index leg, Index v, bool through) const {
+        if (anchor_at_[v]) return v == target_ ? 0 : kInfinity;
+        const bool foreign = (leg_at_[v] != kNoIndex && leg_at_[v] != leg) ||
+                             (reserved_[v] != kNoIndex && reserved_[v] != leg);
+        if (!foreign) return 0;
+        return through ? 8 * surface_.size[v] : kInfinity;
+    }
+
+    /// Shortest path of a leg; `through`: other paths may be crossed, at a price.
+    std::vector<Index> search(Index leg, bool through) {
+        const Leg& l = net_.legs[leg];
+        const Index source = capture_.anchor_vertex[l.anchor[0]];
+        target_ = capture_.anchor_vertex[l.anchor[1]];
+        const auto [first, last] = first_step_[leg];
+        std::unordered_map<Index, std::pair<double, Index>> best; // cost and predecessor
+        std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
+        best[source] = {0, kNoIndex};
+        open.push({0, source});
+        while (!open.empty()) {
+            const auto [cost, v] = open.top();
+            open.pop();
+            const auto [known, before] = best.at(v);
+            if (cost > known) continue;
+            if (v == target_) break;
+            for (Index e : surface_.vertex_edge[v]) {
+                if (!surface_.edge[e].ridge_allowed) continue;
+                const Index u = surface_.other_end(e, v);
+                if (!through && v == source && first != kNoIndex && u != first) continue;
+                if (!through && u == target_ && last != kNoIndex && v != last) continue;
+                const double pass = passage(leg, u, through);
+                if (pass == kInfinity) continue;
+                const double weight = edge_weight(l.curve, v, u);
+                if (weight == kInfinity) continue;
+                const double total = cost + weight + pass + fold_penalty(before, v, u);
+                const auto found = best.find(u);
+                if (found != best.end() && found->second.first <= total) continue;
+                best[u] = {total, v};
+                open.push({total, u});
+            }
+        }
+        std::vector<Index> path;
+        if (best.find(target_) == best.end()) return path;
+        for (Index v = target_; v != kNoIndex; v = best.at(v).second) path.push_back(v);
+        std::reverse(path.begin(), path.end());
+        return path;
+    }
+
+    void occupy(Index leg, std::vector<Index> path) {
+        for (std::size_t i = 1; i + 1 < path.size(); ++i) leg_at_[path[i]] = leg;
+        capture_.path[leg] = std::move(path);
+    }
+
+    void release(Index leg) {
+        for (Index v : capture_.path[leg])
+            if (leg_at_[v] == leg) leg_at_[v] = kNoIndex;
+        capture_.path[leg].clear();
+    }
+
+    bool route(Index leg, bool through) {
+        std::vector<Index> path = search(leg, through);
+        if (path.empty()) return false;
+        occupy(leg, std::move(path));
+        return true;
+    }
+
+    /// Routes a leg through others and reservations; returns the legs that lost their paths.
+    std::vector<Index> route_through(Index leg) {
+        const std::vector<Index> path = search(leg, true);
+        std::vector<Index> hit;
+        for (std::size_t i = 1; i + 1 < path.size(); ++i) {
+            const Index v = path[i];
+            if (const Index owner = reserved_[v]; owner != kNoIndex && owner != leg) {
+                reserved_[v] = kNoIndex;
+                for (Index& step : first_step_[owner])
+                    if (step == v) step = kNoIndex;
+            }
+            if (leg_at_[v] != kNoIndex && leg_at_[v] != leg) {
+                hit.push_back(leg_at_[v]);
+                release(leg_at_[v]);
+            }
+        }
+        if (!path.empty()) {
+            first_step_[leg] = {kNoIndex, kNoIndex};
+            occupy(leg, path);
+        }
+        return hit;
+    }
+
+    const SurfaceMesh& surface_;
+    const std::vector<Point>& placed_;
+    const Domain& domain_;
+    const CurveNet& net_;
+    const CaptureOptions& options_;
+    Capture& capture_;
+    std::vector<std::uint8_t> anchor_at_;          ///< per vertex
+    std::vector<Index> leg_at_;                    ///< per vertex: whose path passes
+    std::vector<Index> reserved_;                  ///< per vertex: for whose first or last step
+    std::vector<std::array<Index, 2>> first_step_; ///< per leg: from its two ends
+    std::unordered_map<Index, int> dropped_;       ///< per leg: how often
+    Index target_ = kNoIndex;
+};
+
+} // namespace
+
+Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
+                         const CurveNet& net, const CaptureOptions& options, const Context& context) {
+    Capture capture;
+    capture.anchor_vertex = capture_anchors(surface, placed, net, options.reach);
+    capture.path.resize(net.legs.size());
+    Router(surface, placed, domain, net, options, capture).run(context);
+    return capture;
+}
+
+} // namespace hexopt::fit

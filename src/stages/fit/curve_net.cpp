@@ -1,0 +1,94 @@
+#include "stages/fit/curve_net.hpp"
+
+#include "domain/closest_point.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <limits>
+
+namespace hexopt::fit {
+
+namespace {
+
+Leg make_leg(Index curve, Index from, Index to, std::vector<Point> points) {
+    Leg leg{curve, {from, to}, std::move(points), {0}};
+    for (std::size_t i = 1; i < leg.points.size(); ++i)
+        leg.arc_length.push_back(leg.arc_length.back() + glm::distance(leg.points[i - 1], leg.points[i]));
+    return leg;
+}
+
+/// The points of `whole` from arc length a to b.
+std::vector<Point> cut(const Leg& whole, double a, double b) {
+    std::vector<Point> points = {point_at(whole, a)};
+    for (std::size_t i = 0; i < whole.points.size(); ++i)
+        if (whole.arc_length[i] > a && whole.arc_length[i] < b) points.push_back(whole.points[i]);
+    points.push_back(point_at(whole, b));
+    return points;
+}
+
+void add_loop(Index curve, const std::vector<Point>& points, Index corner, CurveNet& net) {
+    const Leg whole = make_leg(curve, corner, corner, points);
+    constexpr int kPieces = 4;
+    std::array<Index, kPieces + 1> anchor;
+    for (int k = 0; k < kPieces; ++k) {
+        anchor[k] = k == 0 && corner != kNoIndex ? corner : static_cast<Index>(net.anchors.size());
+        if (anchor[k] == net.anchors.size())
+            net.anchors.push_back({point_at(whole, k * whole.length() / kPieces), kNoIndex, curve});
+    }
+    anchor[kPieces] = anchor[0];
+    for (int k = 0; k < kPieces; ++k)
+        net.legs.push_back(
+            make_leg(curve, anchor[k], anchor[k + 1],
+                     cut(whole, k * whole.length() / kPieces, (k + 1) * whole.length() / kPieces)));
+}
+
+} // namespace
+
+CurveNet make_curve_net(const Domain& domain) {
+    CurveNet net;
+    const BoundaryModel& model = domain.model;
+    for (Index c = 0; c < model.corner_count(); ++c)
+        net.anchors.push_back({model.corner_point(c), c, kNoIndex});
+    for (Index c = 0; c < model.curve_count(); ++c) {
+        const auto first = static_cast<Index>(net.legs.size());
+        const std::span<const Point> points = model.curve_points(c);
+        const std::array<Index, 2> ends = model.curve_ends(c);
+        if (model.curve_closed(c) || ends[0] == ends[1])
+            add_loop(c, {points.begin(), points.end()}, ends[0], net);
+        else
+            net.legs.push_back(make_leg(c, ends[0], ends[1], {points.begin(), points.end()}));
+        net.curve_legs.push_back({first, static_cast<Index>(net.legs.size())});
+    }
+    std::vector<std::vector<Index>> at(net.anchors.size());
+    for (Index l = 0; l < net.legs.size(); ++l)
+        for (Index a : net.legs[l].anchor) at[a].push_back(l);
+    for (const std::vector<Index>& legs : at) {
+        net.anchor_leg.item.insert(net.anchor_leg.item.end(), legs.begin(), legs.end());
+        net.anchor_leg.offset.push_back(net.anchor_leg.item.size());
+    }
+    return net;
+}
+
+Point point_at(const Leg& leg, double s) {
+    const auto above = std::upper_bound(leg.arc_length.begin(), leg.arc_length.end(), s);
+    if (above == leg.arc_length.begin()) return leg.points.front();
+    if (above == leg.arc_length.end()) return leg.points.back();
+    const std::size_t i = static_cast<std::size_t>(above - leg.arc_length.begin());
+    const double t = (s - leg.arc_length[i - 1]) / (leg.arc_length[i] - leg.arc_length[i - 1]);
+    return leg.points[i - 1] + t * (leg.points[i] - leg.points[i - 1]);
+}
+
+double closest_arc_length(const Leg& leg, const Point& query) {
+    double best = std::numeric_limits<double>::infinity(), arc = 0;
+    for (std::size_t i = 0; i + 1 < leg.points.size(); ++i) {
+        const ClosestPoint<2> at = closest_on_segment(query, leg.points[i], leg.points[i + 1]);
+        const double distance = glm::distance(query, at.point);
+        if (distance < best) {
+            best = distance;
+            arc = leg.arc_length[i] + at.weight[1] * (leg.arc_length[i + 1] - leg.arc_length[i]);
+        }
+    }
+    return arc;
+}
+
+} // namespace hexopt::fit

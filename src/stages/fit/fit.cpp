@@ -1,0 +1,212 @@
+#include "stages/fit/fit.hpp"
+
+#include "domain/box_tree.hpp"
+#include "mesh/topology.hpp"
+#include "stages/fit/regions.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+namespace hexopt {
+
+namespace {
+
+using namespace fit;
+
+constexpr std::size_t kChunk = 512;
+
+/// Arc lengths of a path's inner vertices: between their closest points and an even spread, with the
+/// difference smoothed so that none overtakes another.
+std::vector<double> spread_path(const Leg& leg, const std::vector<Index>& path, const SurfaceMesh& surface,
+                                const std::vector<Point>& placed) {
+    std::vector<double> even = {0};
+    for (std::size_t i = 1; i < path.size(); ++i)
+        even.push_back(even.back() + 0.5 * (surface.size[path[i - 1]] + surface.size[path[i]]));
+    for (double& s : even) s *= leg.length() / even.back();
+    std::vector<double> shift(path.size(), 0);
+    for (std::size_t i = 1; i + 1 < path.size(); ++i)
+        shift[i] = 0.5 * (closest_arc_length(leg, placed[path[i]]) - even[i]);
+    for (int sweep = 0; sweep < 20; ++sweep)
+        for (std::size_t i = 1; i + 1 < path.size(); ++i) shift[i] = 0.5 * (shift[i - 1] + shift[i + 1]);
+    std::vector<double> arc(path.size());
+    bool rising = true;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        arc[i] = even[i] + shift[i];
+        if (i > 0 && arc[i] - arc[i - 1] < 0.3 * (even[i] - even[i - 1])) rising = false;
+    }
+    return rising ? arc : even;
+}
+
+class Fitter {
+  public:
+    Fitter(HexMesh mesh, const Domain& domain, const FitOptions& options, Context& context)
+        : domain_(domain), options_(options), context_(context),
+          topology_(compute_topology(mesh, context.parallel())), surface_(extract_surface(mesh, topology_)) {
+        output_.fitted.mesh = std::move(mesh);
+    }
+
+    Result<FitOutput> run() {
+        placed_ = fair_and_project(output_.fitted.mesh, surface_, domain_, options_.fairing, context_);
+        if (context_.is_cancelled()) return cancelled();
+        net_ = make_curve_net(domain_);
+        capture_ = capture_features(surface_, placed_, domain_, net_, options_.capture, context_);
+        if (context_.is_cancelled()) return cancelled();
+        regions_ = find_regions(surface_, placed_, domain_, net_, capture_, context_);
+        associate();
+        place_features();
+        smooth_patches();
+        write_back();
+        report();
+        find_cells_to_refine();
+        return std::move(output_);
+    }
+
+  private:
+    static Error cancelled() { return make_error(ErrorCode::cancelled, "fit", "", "cancelled"); }
+
+    void associate() {
+        bound_.assign(surface_.vertex.size(), {});
+        for (Index v = 0; v < surface_.vertex.size(); ++v) {
+            if (surface_.hanging[v]) {
+                bound_[v] = {EntityKind::hanging, kNoIndex};
+                continue;
+            }
+            Index patch = kNoIndex;
+            bool same = true;
+            for (Index q : surface_.vertex_quad[v]) {
+                if (patch != kNoIndex && regions_.quad_patch[q] != patch) same = false;
+                patch = regions_.quad_patch[q];
+            }
+            if (!same) {
+                const Projection at = domain_.model.project_patch(kNoIndex, placed_[v]);
+                patch = domain_.model.patch_of_triangle(at.element);
+            }
+            bound_[v] = {EntityKind::patch, patch};
+        }
+        for (Index e = 0; e < surface_.edge.size(); ++e) {
+            if (regions_.edge_curve[e] == kNoIndex) continue;
+            bound_[surface_.edge[e].a] =
+                bound_[surface_.edge[e].b] = {EntityKind::curve, regions_.edge_curve[e]};
+        }
+        for (Index a = 0; a < net_.anchors.size(); ++a) {
+            const Index v = capture_.anchor_vertex[a], corner = net_.anchors[a].corner;
+            if (v != kNoIndex && corner != kNoIndex && has_kept_curve(corner))
+                bound_[v] = {EntityKind::corner, corner};
+        }
+    }
+
+    bool has_kept_curve(Index corner) const {
+        const std::span<const Index> curves = domain_.corner_curve[corner];
+        return std::any_of(curves.begin(), curves.end(), [&](Index c) { return regions_.curve_kept[c]; });
+    }
+
+    void place_features() {
+        target_ = placed_;
+        for (Index l = 0; l < net_.legs.size(); ++l) {
+            const Leg& leg = net_.legs[l];
+            const std::vector<Index>& path = capture_.path[l];
+            if (path.empty() || !regions_.curve_kept[leg.curve]) continue;
+            const std::vector<double> arc = spread_path(leg, path, surface_, placed_);
+            for (std::size_t i = 0; i < path.size(); ++i) target_[path[i]] = point_at(leg, arc[i]);
+        }
+    }
+
+    void smooth_patches() {
+        std::vector<Index> hint(target_.size(), kNoIndex);
+        for (int sweep = 0; sweep < options_.surface_sweeps; ++sweep) {
+            std::vector<Point> moved = target_;
+            context_.parallel().for_each(moved.size(), kChunk, [&](std::size_t i) {
+                const auto v = static_cast<Index>(i);
+                if (bound_[v].kind != EntityKind::patch) return;
+                Point sum(0);
+                for (Index e : surface_.vertex_edge[v]) sum += target_[surface_.other_end(e, v)];
+                const Point mean = sum / static_cast<double>(surface_.vertex_edge[v].size());
+                const Projection at = domain_.model.project(bound_[v], 0.5 * (mean + target_[v]), hint[v]);
+                hint[v] = at.element;
+                moved[v] = at.point;
+            });
+            target_.swap(moved);
+            place_hanging(output_.fitted.mesh, surface_, target_);
+        }
+    }
+
+    void write_back() {
+        HexMesh& mesh = output_.fitted.mesh;
+        output_.fitted.association.assign(mesh.vertex_count(), {});
+        for (std::size_t r = 0; r < mesh.hanging.count(); ++r)
+            output_.fitted.association[mesh.hanging.vertex[r]] = {EntityKind::hanging, kNoIndex};
+        for (Index v = 0; v < surface_.vertex.size(); ++v) {
+            output_.fitted.association[surface_.vertex[v]] = bound_[v];
+            output_.report.largest_distance =
+                std::max(output_.report.largest_distance,
+                         glm::distance(target_[v], mesh.positions[surface_.vertex[v]]));
+            mesh.positions[surface_.vertex[v]] = target_[v];
+        }
+        mesh.boundary.clear();
+        mesh.patch_names.clear();
+        for (Index name : domain_.patch_name) mesh.patch_names.push_back(domain_.names[name]);
+        for (Index q = 0; q < surface_.quad.size(); ++q) {
+            Quad quad = surface_.quad[q];
+            for (Index& v : quad) v = surface_.vertex[v];
+            mesh.boundary.push_back({quad, regions_.quad_patch[q]});
+        }
+        for (Index e = 0; e < surface_.edge.size(); ++e)
+            if (regions_.edge_curve[e] != kNoIndex)
+                output_.fitted.ridges.push_back({surface_.vertex[surface_.edge[e].a],
+                                                 surface_.vertex[surface_.edge[e].b],
+                                                 regions_.edge_curve[e]});
+        std::sort(output_.fitted.ridges.begin(), output_.fitted.ridges.end());
+    }
+
+    void report() {
+        FitReport& report = output_.report;
+        report.corners = domain_.model.corner_count();
+        report.curves = domain_.model.curve_count();
+        report.reroutes = capture_.reroutes;
+        for (const Association& a : bound_) report.captured_corners += a.kind == EntityKind::corner;
+        for (Index c = 0; c < report.curves; ++c)
+            if (regions_.curve_kept[c])
+                ++report.captured_curves;
+            else
+                report.released_curves.push_back(c);
+    }
+
+    /// Cells with a boundary vertex within two edge lengths of a released curve.
+    void find_cells_to_refine() {
+        if (output_.report.released_curves.empty()) return;
+        std::vector<std::uint8_t> near(surface_.vertex.size(), 0);
+        for (Index v = 0; v < near.size(); ++v)
+            for (Index c : output_.report.released_curves)
+                if (domain_.model.project_curve(c, placed_[v]).distance < 2 * surface_.size[v]) {
+                    near[v] = 1;
+                    break;
+                }
+        std::vector<Index>& cells = output_.refine_cells;
+        for (std::size_t f = 0; f < topology_.boundary_faces.size(); ++f)
+            for (Index v : surface_.quad[f])
+                if (near[v]) cells.push_back(topology_.boundary_faces[f].cell);
+        std::sort(cells.begin(), cells.end());
+        cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    }
+
+    const Domain& domain_;
+    const FitOptions& options_;
+    Context& context_;
+    Topology topology_;
+    SurfaceMesh surface_;
+    CurveNet net_;
+    Capture capture_;
+    Regions regions_;
+    std::vector<Point> placed_, target_;
+    std::vector<Association> bound_;
+    FitOutput output_;
+};
+
+} // namespace
+
+Result<FitOutput> fit_boundary(HexMesh trimmed, const Domain& domain, const FitOptions& options,
+                               Context& context) {
+    return Fitter(std::move(trimmed), domain, options, context).run();
+}
+
+} // namespace hexopt

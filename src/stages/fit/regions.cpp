@@ -1,0 +1,171 @@
+#include "stages/fit/regions.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <map>
+#include <numeric>
+
+namespace hexopt::fit {
+
+namespace {
+
+constexpr std::size_t kChunk = 512;
+
+class Sets {
+  public:
+    explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
+    Index find(Index i) {
+        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(Index a, Index b) {
+        a = find(a);
+        b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<Index> parent_;
+};
+
+/// The patch that each quad lies nearest to, its normal considered: seen from the quad's centre.
+std::vector<Index> nearest_patches(const SurfaceMesh& surface, const std::vector<Point>& x,
+                                   const Domain& domain, const Context& context) {
+    std::vector<Index> patch(surface.quad.size());
+    context.parallel().for_each(patch.size(), kChunk, [&](std::size_t q) {
+        const Quad& quad = surface.quad[q];
+        const Point centre = 0.25 * (x[quad[0]] + x[quad[1]] + x[quad[2]] + x[quad[3]]);
+        patch[q] = domain.model.patch_of_triangle(domain.model.project_patch(kNoIndex, centre).element);
+    });
+    return patch;
+}
+
+class RegionFinder {
+  public:
+    RegionFinder(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
+                 const CurveNet& net, const Capture& capture, const Context& context)
+        : surface_(surface), domain_(domain), net_(net), capture_(capture),
+          nearest_(nearest_patches(surface, placed, domain, context)) {}
+
+    Regions run() {
+        regions_.curve_kept.assign(net_.curve_legs.size(), 1);
+        for (std::size_t c = 0; c < net_.curve_legs.size(); ++c)
+            for (Index l = net_.curve_legs[c][0]; l < net_.curve_legs[c][1]; ++l)
+                if (capture_.path[l].empty()) regions_.curve_kept[c] = 0;
+        do {
+            mark_edges();
+            label();
+        } while (release_inconsistent());
+        return std::move(regions_);
+    }
+
+  private:
+    void mark_edges() {
+        regions_.edge_curve.assign(surface_.edge.size(), kNoIndex);
+        for (Index c = 0; c < net_.curve_legs.size(); ++c) {
+            if (!regions_.curve_kept[c]) continue;
+            for (Index l = net_.curve_legs[c][0]; l < net_.curve_legs[c][1]; ++l)
+                for (std::size_t i = 0; i + 1 < capture_.path[l].size(); ++i)
+                    regions_.edge_curve[find_edge(surface_, capture_.path[l][i], capture_.path[l][i + 1])] =
+                        c;
+        }
+    }
+
+    Sets connect_quads() const {
+        Sets sets(surface_.quad.size());
+        for (Index e = 0; e < surface_.edge.size(); ++e)
+            if (regions_.edge_curve[e] == kNoIndex && surface_.edge[e].quad[1] != kNoIndex)
+                sets.join(surface_.edge[e].quad[0], surface_.edge[e].quad[1]);
+        for (const auto& [q, r] : surface_.across) sets.join(q, r);
+        return sets;
+    }
+
+    /// Patches joined over the released curves.
+    Sets connect_patches() const {
+        Sets sets(domain_.model.patch_count());
+        for (Index c = 0; c < domain_.curve_patch.rows(); ++c)
+            if (!regions_.curve_kept[c])
+                for (Index p : domain_.curve_patch[c]) sets.join(domain_.curve_patch[c][0], p);
+        return sets;
+    }
+
+    void label() {
+        Sets quads = connect_quads(), patches = connect_patches();
+        std::map<std::array<Index, 2>, std::size_t> votes; // of a region for a group of patches
+        for (Index q = 0; q < surface_.quad.size(); ++q) ++votes[{quads.find(q), patches.find(nearest_[q])}];
+        std::map<Index, std::pair<std::size_t, Index>> winner;
+        for (const auto& [key, count] : votes)
+            if (auto& best = winner[key[0]]; count > best.first) best = {count, key[1]};
+        std::vector<Index> only(domain_.model.patch_count(), kNoIndex); // per group: its patch if it has one
+        std::vector<std::size_t> members(domain_.model.patch_count(), 0);
+        for (Index p = 0; p < domain_.model.patch_count(); ++p) {
+            ++members[patches.find(p)];
+            only[patches.find(p)] = p;
+        }
+        regions_.quad_patch.resize(surface_.quad.size());
+        group_.assign(surface_.quad.size(), kNoIndex);
+        for (Index q = 0; q < surface_.quad.size(); ++q) {
+            const Index group = winner[quads.find(q)].second;
+            if (members[group] == 1)
+                regions_.quad_patch[q] = only[group];
+            else
+                regions_.quad_patch[q] = patches.find(nearest_[q]) == group ? nearest_[q] : kNoIndex;
+        }
+        spread_labels();
+    }
+
+    /// A quad nearest to a patch outside its region's group takes a neighbour's.
+    void spread_labels() {
+        bool changed = true;
+        while (changed) {
+            changed = false;
+            for (Index e = 0; e < surface_.edge.size(); ++e) {
+                const auto [q, r] = surface_.edge[e].quad;
+                if (regions_.edge_curve[e] == kNoIndex && r != kNoIndex) changed |= copy_label(q, r);
+            }
+            for (const auto& [q, r] : surface_.across) changed |= copy_label(q, r);
+        }
+    }
+
+    bool copy_label(Index q, Index r) {
+        std::vector<Index>& patch = regions_.quad_patch;
+        if ((patch[q] == kNoIndex) == (patch[r] == kNoIndex)) return false;
+        (patch[q] == kNoIndex ? patch[q] : patch[r]) = patch[q] == kNoIndex ? patch[r] : patch[q];
+        return true;
+    }
+
+    /// True if a curve was released.
+    bool release_inconsistent() {
+        bool released = false;
+        for (Index e = 0; e < surface_.edge.size(); ++e) {
+            const Index c = regions_.edge_curve[e];
+            if (c == kNoIndex || !regions_.curve_kept[c]) continue;
+            const std::span<const Index> own = domain_.curve_patch[c];
+            for (Index q : surface_.edge[e].quad)
+                if (std::find(own.begin(), own.end(), regions_.quad_patch[q]) == own.end())
+                    regions_.curve_kept[c] = 0;
+            if (own.size() == 2 && regions_.quad_patch[surface_.edge[e].quad[0]] ==
+                                       regions_.quad_patch[surface_.edge[e].quad[1]])
+                regions_.curve_kept[c] = 0;
+            released |= !regions_.curve_kept[c];
+        }
+        return released;
+    }
+
+    const SurfaceMesh& surface_;
+    const Domain& domain_;
+    const CurveNet& net_;
+    const Capture& capture_;
+    std::vector<Index> nearest_;
+    std::vector<Index> group_; ///< per quad of a region of several patches: their group
+    Regions regions_;
+};
+
+} // namespace
+
+Regions find_regions(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
+                     const CurveNet& net, const Capture& capture, const Context& context) {
+    return RegionFinder(surface, placed, domain, net, capture, context).run();
+}
+
+} // namespace hexopt::fit

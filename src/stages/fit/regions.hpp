@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "domain/domain.hpp"
+#include "stages/fit/capture.hpp"
+
+#include <vector>
+
+namespace hexopt::fit {
+
+/// What part of the domain each quad and vertex of the surface belongs to.
+struct Regions {
+    std::vector<Index> quad_patch;        ///< per quad
+    std::vector<std::uint8_t> curve_kept; ///< per curve: 1 where its path separates its two patches
+    std::vector<Index> edge_curve;        ///< per surface edge: kNoIndex where no curve runs
+};
+
+/// Cuts the surface along the paths and gives each piece the patch that most of its quads lie on. A curve
+/// whose path has not its own two patches beside it everywhere, or that lacks a leg, is released, and its
+/// patches are told apart quad by quad; repeated until all that is left is consistent.
+Regions find_regions(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
+                     const CurveNet& net, const Capture& capture, const Context& context);
+
+} // namespace hexopt::fit

@@ -1,0 +1,198 @@
+#include "mesh/hex_reference.hpp"
+#include "mesh/topology.hpp"
+#include "samples/box_mesh.hpp"
+#include "stages/fit/fit.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/mat3x3.hpp>
+#include <map>
+#include <set>
+
+using namespace hexopt;
+
+namespace {
+
+/// Box [0, size] as twelve triangles, one patch.
+TriangleSoup make_box(const Point& size) {
+    TriangleSoup soup;
+    for (int v = 0; v < 8; ++v)
+        soup.vertices.push_back(size * Point(hex::kVertexX[v], hex::kVertexY[v], hex::kVertexZ[v]));
+    for (const auto& f : hex::kFaceVertex) {
+        soup.triangles.push_back({f[0], f[1], f[2]});
+        soup.triangles.push_back({f[0], f[2], f[3]});
+    }
+    return soup;
+}
+
+/// Occupied cells of a grid of n cells a side.
+class Grid {
+  public:
+    explicit Grid(int n) : n_(n), full_(static_cast<std::size_t>(n * n * n), 0) {}
+    std::uint8_t& at(int i, int j, int k) { return full_[static_cast<std::size_t>((k * n_ + j) * n_ + i)]; }
+    int size() const { return n_; }
+
+    /// Takes cells away until those round each vertex hang together by faces, and the empty ones too.
+    void make_manifold() {
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (int k = 1; k < n_; ++k)
+                for (int j = 1; j < n_; ++j)
+                    for (int i = 1; i < n_; ++i) changed |= repair(i, j, k);
+        }
+    }
+
+  private:
+    static bool connected(unsigned mask) {
+        unsigned reached = mask & (~mask + 1);
+        for (int round = 0; round < 8; ++round)
+            for (unsigned c = 0; c < 8; ++c)
+                for (unsigned bit = 1; bit < 8; bit <<= 1)
+                    if (reached >> c & 1 && mask >> (c ^ bit) & 1) reached |= 1u << (c ^ bit);
+        return reached == mask;
+    }
+    bool repair(int i, int j, int k) {
+        const auto cell = [&](int c) -> std::uint8_t& {
+            return at(i - 1 + (c & 1), j - 1 + (c >> 1 & 1), k - 1 + (c >> 2));
+        };
+        unsigned mask = 0;
+        for (int c = 0; c < 8; ++c) mask |= static_cast<unsigned>(cell(c)) << c;
+        if (connected(mask) && connected(255 & ~mask)) return false;
+        for (int c = 0; c < 8; ++c)
+            if (mask >> c & 1) {
+                cell(c) = 0;
+                return true;
+            }
+        return false;
+    }
+
+    int n_;
+    std::vector<std::uint8_t> full_;
+};
+
+/// A staircase of cells of size h on an n-cell grid from -1.5, inside the turned box.
+HexMesh make_staircase(const Point& size, const glm::dmat3& turn, int n, double h) {
+    const double low = -1.5;
+    Grid grid(n);
+    const auto each = [&](const auto& visit) {
+        for (int k = 0; k < n; ++k)
+            for (int j = 0; j < n; ++j)
+                for (int i = 0; i < n; ++i) visit(i, j, k);
+    };
+    each([&](int i, int j, int k) {
+        const Point local = glm::transpose(turn) * (Point(low) + h * Point(i + .5, j + .5, k + .5));
+        bool inside = true;
+        for (int a = 0; a < 3; ++a) inside = inside && local[a] > 0.1 * h && local[a] < size[a] - 0.1 * h;
+        grid.at(i, j, k) = inside;
+    });
+    grid.make_manifold();
+    HexMesh mesh;
+    std::map<std::array<int, 3>, Index> vertex;
+    each([&](int i, int j, int k) {
+        if (!grid.at(i, j, k)) return;
+        Cell cell;
+        for (int v = 0; v < 8; ++v) {
+            const std::array<int, 3> at = {i + hex::kVertexX[v], j + hex::kVertexY[v], k + hex::kVertexZ[v]};
+            const auto [entry, fresh] = vertex.try_emplace(at, static_cast<Index>(mesh.vertex_count()));
+            if (fresh) mesh.positions.push_back(Point(low) + h * Point(at[0], at[1], at[2]));
+            cell[v] = entry->second;
+        }
+        mesh.cells.push_back(cell);
+    });
+    mesh.revision = 1;
+    return mesh;
+}
+
+glm::dmat3 rotation(double a, double b) {
+    const glm::dmat3 z(std::cos(a), std::sin(a), 0, -std::sin(a), std::cos(a), 0, 0, 0, 1);
+    const glm::dmat3 x(1, 0, 0, 0, std::cos(b), std::sin(b), 0, -std::sin(b), std::cos(b));
+    return x * z;
+}
+
+TriangleSoup turned(TriangleSoup soup, const glm::dmat3& turn) {
+    for (Point& p : soup.vertices) p = turn * p;
+    return soup;
+}
+
+} // namespace
+
+TEST_CASE("fit: corners and edges of turned boxes are captured exactly") {
+    Context context(1);
+    const Point size(1.1, 0.9, 0.8);
+    for (int trial = 0; trial < 8; ++trial) {
+        const glm::dmat3 turn = rotation(0.1 + 0.17 * trial, 0.05 + 0.11 * trial);
+        CAPTURE(trial);
+        auto domain = build_domain(turned(make_box(size), turn), {}, context);
+        REQUIRE(domain);
+        REQUIRE(domain->model.corner_count() == 8);
+        REQUIRE(domain->model.curve_count() == 12);
+        auto fitted = fit_boundary(make_staircase(size, turn, 45, 0.075), *domain, {}, context);
+        REQUIRE(fitted);
+        CHECK(fitted->report.captured_corners == 8);
+        CHECK(fitted->report.captured_curves == 12);
+        CHECK(fitted->refine_cells.empty());
+
+        const FittedMesh& result = fitted->fitted;
+        std::set<Index> corners, patches;
+        for (Index v = 0; v < result.mesh.vertex_count(); ++v) {
+            const Association& bound = result.association[v];
+            const Projection at = domain->model.project(bound, result.mesh.positions[v]);
+            CHECK(at.distance < 1e-12);
+            if (bound.kind == EntityKind::corner) corners.insert(bound.entity);
+        }
+        CHECK(corners.size() == 8);
+        for (const BoundaryQuad& quad : result.mesh.boundary) patches.insert(quad.patch);
+        CHECK(patches.size() == 6);
+        // Every ridge has its curve's two patches beside it.
+        std::map<std::array<Index, 2>, std::set<Index>> beside;
+        for (const BoundaryQuad& quad : result.mesh.boundary)
+            for (int k = 0; k < 4; ++k) {
+                const auto [a, b] = std::minmax(quad.vertices[k], quad.vertices[(k + 1) % 4]);
+                beside[{a, b}].insert(quad.patch);
+            }
+        for (const auto& ridge : result.ridges) {
+            const auto own = domain->curve_patch[ridge.curve];
+            CHECK(beside.at({ridge.a, ridge.b}) == std::set<Index>(own.begin(), own.end()));
+            beside.erase({ridge.a, ridge.b});
+        }
+        for (const auto& [edge, patch] : beside) CHECK(patch.size() == 1);
+    }
+}
+
+TEST_CASE("fit: the same bits for any number of threads") {
+    const Point size(1.1, 0.9, 0.8);
+    const glm::dmat3 turn = rotation(0.4, 0.3);
+    std::vector<Point> first;
+    for (int threads : {1, 2, 4}) {
+        Context context(threads);
+        auto domain = build_domain(turned(make_box(size), turn), {}, context);
+        REQUIRE(domain);
+        auto fitted = fit_boundary(make_staircase(size, turn, 30, 0.11), *domain, {}, context);
+        REQUIRE(fitted);
+        if (first.empty()) first = fitted->fitted.mesh.positions;
+        CHECK(first == fitted->fitted.mesh.positions);
+    }
+}
+
+TEST_CASE("fit: curves closer together than the cells are released and named for refinement") {
+    Context context(1);
+    const Point size(1.1, 0.9, 0.06);
+    auto domain = build_domain(make_box(size), {}, context);
+    REQUIRE(domain);
+    HexMesh coarse = make_staircase(Point(1.1, 0.9, 0.3), glm::dmat3(1), 30, 0.11);
+    auto fitted = fit_boundary(std::move(coarse), *domain, {}, context);
+    REQUIRE(fitted);
+    CHECK(fitted->report.captured_curves + fitted->report.released_curves.size() == 12);
+    if (!fitted->report.released_curves.empty()) CHECK(!fitted->refine_cells.empty());
+}
+
+TEST_CASE("fit: a cancelled run ends as such") {
+    Context context(1);
+    const Point size(1.1, 0.9, 0.8);
+    auto domain = build_domain(make_box(size), {}, context);
+    REQUIRE(domain);
+    context.cancel();
+    auto fitted = fit_boundary(make_staircase(size, glm::dmat3(1), 30, 0.11), *domain, {}, context);
+    REQUIRE(!fitted);
+    CHECK(fitted.error().code == ErrorCode::cancelled);
+}
