@@ -14,8 +14,8 @@ constexpr double kRefineAbove = 0.6;
 } // namespace
 
 DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                               const SurfaceLimits& limits)
-    : surface_(surface), limits_(limits), hint_(topology.boundary_faces.size(), kNoIndex) {
+                               const SurfaceLimits& limits, double allowed, const Parallel& parallel)
+    : surface_(surface), limits_(limits), allowed_(allowed), hint_(topology.boundary_faces.size(), kNoIndex) {
     vertex_quad_.offset.assign(mesh.vertex_count() + 1, 0);
     for (CellFace face : topology.boundary_faces) {
         quads_.push_back(face_vertices(mesh, face));
@@ -29,20 +29,21 @@ DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, co
     std::vector<std::size_t> next(vertex_quad_.offset.begin(), vertex_quad_.offset.end() - 1);
     for (Index q = 0; q < quads_.size(); ++q)
         for (Index v : quads_[q]) vertex_quad_.item[next[v]++] = q;
+    contact_.emplace(mesh, topology, quads_, vertex_quad_, limits.start, allowed, parallel);
 }
 
-bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad, double allowed) const {
+bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad) const {
     std::array<Point, 4> x;
     for (int k = 0; k < 4; ++k) x[k] = positions[quads_[quad][k]];
     const double coarse = surface_.quad_deviation(x, kNoIndex, hint_[quad]);
-    if (coarse > allowed) return true;
-    if (coarse < kRefineAbove * allowed) return false;
+    if (coarse > allowed_) return true;
+    if (coarse < kRefineAbove * allowed_) return false;
     const Point centre = quad_centre(x);
     for (int k = 0; k < 4; ++k) {
         const Point next = 0.5 * (x[k] + x[(k + 1) % 4]), previous = 0.5 * (x[k] + x[(k + 3) % 4]);
         Index hint = hint_[quad];
         if (surface_.quad_deviation(std::array<Point, 4>{x[k], next, centre, previous}, kNoIndex, hint) >
-            allowed)
+            allowed_)
             return true;
     }
     return false;
@@ -50,9 +51,9 @@ bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad,
 
 /// Whether a place of the input's boundary near a vertex is farther than allowed from the quads now around
 /// it.
-bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vertex, double allowed) const {
+bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vertex) const {
     const auto moved_little = [&](Index v) {
-        return glm::distance(positions[v], limits_.start[v]) <= allowed;
+        return glm::distance(positions[v], limits_.start[v]) <= allowed_;
     };
     std::vector<Index> around;
     const auto is_covered = [&](const Point& place) {
@@ -69,7 +70,7 @@ bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vert
             const Point centre = quad_centre(x);
             for (int k = 0; k < 4; ++k)
                 if (glm::distance(place, closest_on_triangle(place, x[k], x[(k + 1) % 4], centre).point) <=
-                    allowed)
+                    allowed_)
                     return true;
             return false;
         });
@@ -88,7 +89,7 @@ bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vert
 }
 
 std::vector<Index> DeviationGuard::violators(std::span<const Point> positions,
-                                             std::span<const Index> vertices, double allowed,
+                                             std::span<const Index> vertices,
                                              const Parallel& parallel) const {
     std::vector<Index> quads, found;
     for (Index v : vertices) quads.insert(quads.end(), vertex_quad_[v].begin(), vertex_quad_[v].end());
@@ -96,11 +97,13 @@ std::vector<Index> DeviationGuard::violators(std::span<const Point> positions,
     quads.erase(std::unique(quads.begin(), quads.end()), quads.end());
     std::vector<std::uint8_t> quad_bad(quads.size()), start_bad(vertices.size());
     parallel.for_each(quads.size(), 64,
-                      [&](std::size_t i) { quad_bad[i] = quad_deviates(positions, quads[i], allowed); });
+                      [&](std::size_t i) { quad_bad[i] = quad_deviates(positions, quads[i]); });
     parallel.for_each(vertices.size(), 64,
-                      [&](std::size_t i) { start_bad[i] = start_deviates(positions, vertices[i], allowed); });
+                      [&](std::size_t i) { start_bad[i] = start_deviates(positions, vertices[i]); });
     for (std::size_t i = 0; i < quads.size(); ++i)
         if (quad_bad[i]) found.insert(found.end(), quads_[quads[i]].begin(), quads_[quads[i]].end());
+    for (Index q : contact_->touching(positions, quads, parallel))
+        found.insert(found.end(), quads_[q].begin(), quads_[q].end());
     for (std::size_t i = 0; i < vertices.size(); ++i)
         if (start_bad[i])
             for (Index q : vertex_quad_[vertices[i]])

@@ -1,21 +1,27 @@
 #pragma once
 
+#include "stages/optimize/contact_guard.hpp"
 #include "stages/optimize/surface_motion.hpp"
+
+#include <optional>
 
 namespace hexopt {
 
 /// Watches how far the quads of a moving boundary are from the surface it slides on, in both directions, at
 /// sampled places: corners, edge midpoints and centres of the quads against the surface; the vertices'
-/// starting places, where the surface bends, against the quads now around them.
+/// starting places, where the surface bends, against the quads now around them. Also that the boundary does
+/// not touch itself where it did not at the start (ContactGuard).
 class DeviationGuard {
   public:
+    /// allowed: deviation that is admitted, model units.
     DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                   const SurfaceLimits& limits);
+                   const SurfaceLimits& limits, double allowed, const Parallel& parallel);
+    DeviationGuard(const DeviationGuard&) = delete;
+    DeviationGuard& operator=(const DeviationGuard&) = delete;
 
-    /// Boundary vertices whose quads deviate by more than `allowed` (model units), among those that
-    /// `vertices` touch.
+    /// Boundary vertices whose quads deviate too far or touch others, among those that `vertices` touch.
     std::vector<Index> violators(std::span<const Point> positions, std::span<const Index> vertices,
-                                 double allowed, const Parallel& parallel) const;
+                                 const Parallel& parallel) const;
 
     /// Narrows the limits of the violators so that their next excursion is shorter.
     void tighten(std::span<const Point> positions, std::span<const Index> violators,
@@ -25,15 +31,17 @@ class DeviationGuard {
     std::span<const Index> boundary_vertices() const { return boundary_vertices_; }
 
   private:
-    bool quad_deviates(std::span<const Point> positions, Index quad, double allowed) const;
-    bool start_deviates(std::span<const Point> positions, Index vertex, double allowed) const;
+    bool quad_deviates(std::span<const Point> positions, Index quad) const;
+    bool start_deviates(std::span<const Point> positions, Index vertex) const;
 
     const BoundaryModel& surface_;
     const SurfaceLimits& limits_;
+    double allowed_;
     std::vector<Quad> quads_;
     Csr<Index> vertex_quad_;
     std::vector<Index> boundary_vertices_;
     mutable std::vector<Index> hint_; ///< per quad
+    std::optional<ContactGuard> contact_;
 };
 
 } // namespace hexopt

@@ -154,8 +154,7 @@ class MaxMin {
 
     std::vector<Index> find_violators(const Problem& problem) const {
         if (!movement_.guard) return {};
-        return movement_.guard->violators(positions_, problem.dof_vertex(), movement_.deviation,
-                                          budget_.parallel());
+        return movement_.guard->violators(positions_, problem.dof_vertex(), budget_.parallel());
     }
 
     Worst measure_neighbourhood(Problem& problem, std::vector<CellMeasure>* cells) {

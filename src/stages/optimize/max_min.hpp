@@ -15,7 +15,7 @@ inline constexpr int kRings = 3;
 /// large ones.
 inline constexpr double kWorkPerCell = 20, kWorkAtLeast = 8e6;
 inline constexpr double kWorkPerCgIteration = 0.1; ///< against a Newton step without its conjugate gradients
-inline constexpr double kWorthwhile = 2e-3; ///< rise of the minimum for which a strategy is kept
+inline constexpr double kWorthwhile = 2e-3;        ///< rise of the minimum for which a strategy is kept
 
 /// How far to raise the threshold above the minimum, and how much the shape of all cells counts meanwhile.
 /// One is used while it helps, then the next; the stage ends when all fail in a row.
@@ -37,7 +37,6 @@ struct Movement {
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
     const DeviationGuard* guard = nullptr;  ///< with surface
-    double deviation = 0;                   ///< largest admissible deviation of boundary quads, model units
     std::uint32_t tets = kAllTets;          ///< which tetrahedra count
     double band = 0; ///< how far needy boundary vertices may leave the surface, model units
 };

@@ -105,11 +105,10 @@ class RobustRun {
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = bound[v].kind == EntityKind::interior ||
                                    bound[v].kind == EntityKind::patch || bound[v].kind == EntityKind::curve;
-        guard_.emplace(mesh_, topology_, *surface_, limits_);
+        guard_.emplace(mesh_, topology_, *surface_, limits_, kGuardMargin * deviation, budget_.parallel());
         movement_.surface = surface_;
         movement_.limits = &limits_;
         movement_.guard = &*guard_;
-        movement_.deviation = kGuardMargin * deviation;
         band_ = kBandShare * options_.max_deviation_rel * diagonal;
         if (const auto bad = slide_within_deviation(); !bad.empty() && band_ > 0) {
             let_corners_move();
@@ -132,8 +131,8 @@ class RobustRun {
         const std::vector<Point> before = positions_;
         for (int narrowing = 0; narrowing < kMaxNarrowings && !budget_.exhausted(); ++narrowing) {
             const std::vector<Index> bad = slide_all();
-            const auto violators = guard_->violators(positions_, guard_->boundary_vertices(),
-                                                     movement_.deviation, budget_.parallel());
+            const auto violators =
+                guard_->violators(positions_, guard_->boundary_vertices(), budget_.parallel());
             if (violators.empty()) return bad;
             guard_->tighten(positions_, violators, limits_);
         }

@@ -1,0 +1,94 @@
+#include "stages/optimize/contact_guard.hpp"
+
+#include "mesh/topology.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace hexopt;
+
+namespace {
+
+/// A C of seven unit cells: columns 0..2, rows 0..2, the cells (1, 1) and (2, 1) are missing.
+struct LetterC {
+    HexMesh mesh;
+    Topology topology;
+    std::vector<Quad> quads;
+    Csr<Index> vertex_quad;
+
+    static Index id(Index i, Index j, Index k) { return i + 4 * (j + 4 * k); }
+
+    explicit LetterC(double gap = 1) {
+        for (Index k = 0; k < 2; ++k)
+            for (Index j = 0; j < 4; ++j)
+                for (Index i = 0; i < 4; ++i) mesh.positions.emplace_back(i, j < 2 ? j : j - 1 + gap, k);
+        for (Index j = 0; j < 3; ++j)
+            for (Index i = 0; i < 3; ++i)
+                if (i == 0 || j != 1)
+                    mesh.cells.push_back({id(i, j, 0), id(i + 1, j, 0), id(i + 1, j + 1, 0), id(i, j + 1, 0),
+                                          id(i, j, 1), id(i + 1, j, 1), id(i + 1, j + 1, 1),
+                                          id(i, j + 1, 1)});
+        topology = compute_topology(mesh);
+        vertex_quad.offset.assign(mesh.vertex_count() + 1, 0);
+        for (CellFace face : topology.boundary_faces) quads.push_back(face_vertices(mesh, face));
+        for (Index v = 0; v < mesh.vertex_count(); ++v) {
+            for (Index q = 0; q < quads.size(); ++q)
+                if (std::find(quads[q].begin(), quads[q].end(), v) != quads[q].end())
+                    vertex_quad.item.push_back(q);
+            vertex_quad.offset[v + 1] = vertex_quad.item.size();
+        }
+    }
+
+    std::size_t contacts(const std::vector<Point>& moved, double deviation = 1) const {
+        const Parallel parallel(1);
+        const ContactGuard guard(mesh, topology, quads, vertex_quad, mesh.positions, deviation, parallel);
+        std::vector<Index> all(quads.size());
+        for (Index q = 0; q < quads.size(); ++q) all[q] = q;
+        return guard.touching(moved, all, parallel).size();
+    }
+};
+
+} // namespace
+
+TEST_CASE("a boundary that stays apart is not in contact") {
+    const LetterC c;
+    CHECK(c.contacts(c.mesh.positions) == 0);
+    std::vector<Point> moved = c.mesh.positions;
+    for (Index k = 0; k < 2; ++k)
+        for (Index i = 2; i < 4; ++i) moved[LetterC::id(i, 2, k)].y -= 0.9;
+    CHECK(c.contacts(moved) == 0);
+}
+
+TEST_CASE("a gap that closes or is crossed is a contact") {
+    const LetterC c;
+    const double way = GENERATE(0.99, 1.0, 1.4);
+    std::vector<Point> moved = c.mesh.positions;
+    SECTION("everywhere") {
+        for (Index k = 0; k < 2; ++k)
+            for (Index i = 2; i < 4; ++i) moved[LetterC::id(i, 2, k)].y -= way;
+    }
+    SECTION("at one vertex") { moved[LetterC::id(3, 2, 0)].y -= way; }
+    CHECK(c.contacts(moved) >= 2);
+}
+
+TEST_CASE("quads at an edge that fold together are in contact") {
+    const LetterC c;
+    std::vector<Point> moved = c.mesh.positions;
+    // The gap's end wall shrinks to an edge: its upper side comes down onto its lower side.
+    for (Index k = 0; k < 2; ++k) {
+        moved[LetterC::id(1, 2, k)] = {1, 1.5, k};
+        moved[LetterC::id(1, 1, k)] = {1, 1.49, k};
+        moved[LetterC::id(2, 2, k)] = {2, 1.51, k};
+        moved[LetterC::id(2, 1, k)] = {2, 1.48, k};
+    }
+    CHECK(c.contacts(moved) >= 2);
+}
+
+TEST_CASE("what touches at the start may go on touching") {
+    const LetterC c(0.001);
+    CHECK(c.contacts(c.mesh.positions) == 0);
+    const LetterC plate; // thin, but solid between its faces
+    std::vector<Point> moved = plate.mesh.positions;
+    for (Index j = 0; j < 4; ++j)
+        for (Index i = 0; i < 4; ++i) moved[LetterC::id(i, j, 1)].z = 0.001;
+    CHECK(plate.contacts(moved) == 0);
+}
