@@ -65,11 +65,11 @@ std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const std::ve
     return candidates;
 }
 
-std::vector<Index> capture_anchors(const SurfaceMesh& surface, const std::vector<Point>& placed,
-                                   const CurveNet& net, double reach) {
-    std::vector<Index> taken(net.anchors.size(), kNoIndex);
-    std::vector<std::uint8_t> used(placed.size(), 0);
-    for (const Candidate& c : find_candidates(surface, placed, net, reach)) {
+std::vector<Index> capture_anchors(const std::vector<Candidate>& candidates, std::size_t anchor_count,
+                                   std::size_t vertex_count) {
+    std::vector<Index> taken(anchor_count, kNoIndex);
+    std::vector<std::uint8_t> used(vertex_count, 0);
+    for (const Candidate& c : candidates) {
         if (taken[c.anchor] != kNoIndex || used[c.vertex]) continue;
         taken[c.anchor] = c.vertex;
         used[c.vertex] = 1;
@@ -81,12 +81,16 @@ std::vector<Index> capture_anchors(const SurfaceMesh& surface, const std::vector
 class Router {
   public:
     Router(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
-           const CurveNet& net, const CaptureOptions& options, Capture& capture)
+           const CurveNet& net, const std::vector<Candidate>& candidates, const CaptureOptions& options,
+           Capture& capture)
         : surface_(surface), placed_(placed), domain_(domain), net_(net), options_(options),
           capture_(capture), anchor_at_(placed.size(), 0), leg_at_(placed.size(), kNoIndex),
-          reserved_(placed.size(), kNoIndex), first_step_(net.legs.size(), {kNoIndex, kNoIndex}) {
+          reserved_(placed.size(), kNoIndex), contested_(placed.size(), 0),
+          next_candidate_(net.anchors.size(), 0), candidates_of_(net.anchors.size()),
+          first_step_(net.legs.size(), {kNoIndex, kNoIndex}) {
         for (Index v : capture.anchor_vertex)
             if (v != kNoIndex) anchor_at_[v] = 1;
+        for (const Candidate& c : candidates) candidates_of_[c.anchor].push_back(c.vertex);
     }
 
     void run(const Context& context) {
@@ -102,13 +106,13 @@ class Router {
             queue.pop_back();
             if (!has_anchors(leg)) continue;
             if (route(leg, false)) continue;
-            if (capture_.reroutes >= limit || dropped_[leg] > 8) continue;
+            if (capture_.reroutes >= limit || dropped_[leg] > kMaxDrops) continue;
             const std::vector<Index> hit = route_through(leg);
+            queue.insert(queue.begin(), hit.begin(), hit.end());
             for (Index other : hit) {
                 ++capture_.reroutes;
-                ++dropped_[other];
+                if (++dropped_[other] % kDropsBeforeMove == 0) move_anchor(shared_anchor(leg, other), queue);
             }
-            queue.insert(queue.begin(), hit.begin(), hit.end());
         }
     }
 
@@ -118,6 +122,46 @@ class Router {
         Index vertex;
         auto operator<=>(const Step&) const = default;
     };
+
+    /// After so many times a path was dropped, an anchor of it takes another vertex.
+    static constexpr int kDropsBeforeMove = 3;
+    static constexpr int kMaxDrops = 15;
+
+    /// An anchor of both legs, or else that of `other` whose vertex has fewer edges.
+    Index shared_anchor(Index leg, Index other) const {
+        for (Index a : net_.legs[leg].anchor)
+            for (Index b : net_.legs[other].anchor)
+                if (a == b) return a;
+        const auto [a, b] = net_.legs[other].anchor;
+        return usable_edges(surface_, capture_.anchor_vertex[a]) <=
+                       usable_edges(surface_, capture_.anchor_vertex[b])
+                   ? a
+                   : b;
+    }
+
+    /// Gives an anchor the next best free vertex and routes its legs anew.
+    void move_anchor(Index a, std::vector<Index>& queue) {
+        Index& next = next_candidate_[a];
+        while (next < candidates_of_[a].size() && !is_free(candidates_of_[a][next])) ++next;
+        if (next == candidates_of_[a].size()) return;
+        const Index old = capture_.anchor_vertex[a];
+        for (Index leg : net_.anchor_leg[a]) {
+            release(leg);
+            for (Index& step : first_step_[leg]) {
+                if (step != kNoIndex && reserved_[step] == leg) reserved_[step] = kNoIndex;
+                step = kNoIndex;
+            }
+            if (std::find(queue.begin(), queue.end(), leg) == queue.end()) queue.insert(queue.begin(), leg);
+        }
+        anchor_at_[old] = 0;
+        capture_.anchor_vertex[a] = candidates_of_[a][next++];
+        anchor_at_[capture_.anchor_vertex[a]] = 1;
+        reserve_ring(a);
+    }
+
+    bool is_free(Index v) const {
+        return !anchor_at_[v] && leg_at_[v] == kNoIndex && reserved_[v] == kNoIndex;
+    }
 
     bool has_anchors(Index leg) const {
         const auto [a, b] = net_.legs[leg].anchor;
@@ -218,7 +262,7 @@ class Router {
         const bool foreign = (leg_at_[v] != kNoIndex && leg_at_[v] != leg) ||
                              (reserved_[v] != kNoIndex && reserved_[v] != leg);
         if (!foreign) return 0;
-        return through ? 8 * surface_.size[v] : kInfinity;
+        return through ? (8 + 4 * contested_[v]) * surface_.size[v] : kInfinity;
     }
 
     /// Shortest path of a leg; `through`: other paths may be crossed, at a price.
@@ -290,6 +334,7 @@ class Router {
                     if (step == v) step = kNoIndex;
             }
             if (leg_at_[v] != kNoIndex && leg_at_[v] != leg) {
+                contested_[v] += 1;
                 hit.push_back(leg_at_[v]);
                 release(leg_at_[v]);
             }
@@ -307,11 +352,14 @@ class Router {
     const CurveNet& net_;
     const CaptureOptions& options_;
     Capture& capture_;
-    std::vector<std::uint8_t> anchor_at_;          ///< per vertex
-    std::vector<Index> leg_at_;                    ///< per vertex: whose path passes
-    std::vector<Index> reserved_;                  ///< per vertex: for whose first or last step
-    std::vector<std::array<Index, 2>> first_step_; ///< per leg: from its two ends
-    std::unordered_map<Index, int> dropped_;       ///< per leg: how often
+    std::vector<std::uint8_t> anchor_at_; ///< per vertex
+    std::vector<Index> leg_at_;           ///< per vertex: whose path passes
+    std::vector<Index> reserved_;         ///< per vertex: for whose first or last step
+    std::vector<float> contested_;        ///< per vertex: how often one path had another dropped there
+    std::vector<Index> next_candidate_;   ///< per anchor: of candidates_of_
+    std::vector<std::vector<Index>> candidates_of_; ///< per anchor: vertices, the best first
+    std::vector<std::array<Index, 2>> first_step_;  ///< per leg: from its two ends
+    std::unordered_map<Index, int> dropped_;        ///< per leg: how often
     Index target_ = kNoIndex;
 };
 
@@ -320,9 +368,10 @@ class Router {
 Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
                          const CurveNet& net, const CaptureOptions& options, const Context& context) {
     Capture capture;
-    capture.anchor_vertex = capture_anchors(surface, placed, net, options.reach);
+    const std::vector<Candidate> candidates = find_candidates(surface, placed, net, options.reach);
+    capture.anchor_vertex = capture_anchors(candidates, net.anchors.size(), placed.size());
     capture.path.resize(net.legs.size());
-    Router(surface, placed, domain, net, options, capture).run(context);
+    Router(surface, placed, domain, net, candidates, options, capture).run(context);
     return capture;
 }
 

@@ -97,7 +97,7 @@ class Fitter {
 
     bool has_kept_curve(Index corner) const {
         const std::span<const Index> curves = domain_.corner_curve[corner];
-        return std::any_of(curves.begin(), curves.end(), [&](Index c) { return regions_.curve_kept[c]; });
+        return std::any_of(curves.begin(), curves.end(), [&](Index c) { return regions_.kept(c); });
     }
 
     void place_features() {
@@ -105,7 +105,7 @@ class Fitter {
         for (Index l = 0; l < net_.legs.size(); ++l) {
             const Leg& leg = net_.legs[l];
             const std::vector<Index>& path = capture_.path[l];
-            if (path.empty() || !regions_.curve_kept[leg.curve]) continue;
+            if (path.empty() || !regions_.kept(leg.curve)) continue;
             const std::vector<double> arc = spread_path(leg, path, surface_, placed_);
             for (std::size_t i = 0; i < path.size(); ++i) target_[path[i]] = point_at(leg, arc[i]);
         }
@@ -165,10 +165,10 @@ class Fitter {
         report.reroutes = capture_.reroutes;
         for (const Association& a : bound_) report.captured_corners += a.kind == EntityKind::corner;
         for (Index c = 0; c < report.curves; ++c)
-            if (regions_.curve_kept[c])
+            if (regions_.kept(c))
                 ++report.captured_curves;
             else
-                report.released_curves.push_back(c);
+                report.released_curves.push_back({c, regions_.released[c]});
     }
 
     /// Cells with a boundary vertex within two edge lengths of a released curve.
@@ -176,8 +176,8 @@ class Fitter {
         if (output_.report.released_curves.empty()) return;
         std::vector<std::uint8_t> near(surface_.vertex.size(), 0);
         for (Index v = 0; v < near.size(); ++v)
-            for (Index c : output_.report.released_curves)
-                if (domain_.model.project_curve(c, placed_[v]).distance < 2 * surface_.size[v]) {
+            for (const FitReport::ReleasedCurve& r : output_.report.released_curves)
+                if (domain_.model.project_curve(r.curve, placed_[v]).distance < 2 * surface_.size[v]) {
                     near[v] = 1;
                     break;
                 }

@@ -6,6 +6,7 @@
 #include "domain/fitted_mesh.hpp"
 #include "stages/fit/capture.hpp"
 #include "stages/fit/fairing.hpp"
+#include "stages/fit/regions.hpp"
 
 #include <vector>
 
@@ -20,9 +21,13 @@ struct FitOptions {
 struct FitReport {
     std::size_t corners = 0, curves = 0; ///< of the domain
     std::size_t captured_corners = 0, captured_curves = 0;
-    int reroutes = 0;                   ///< paths dropped to let another one through
-    std::vector<Index> released_curves; ///< not followed by mesh edges
-    double largest_distance = 0;        ///< of a boundary vertex to its target before it moved, model units
+    int reroutes = 0; ///< paths dropped to let another one through
+    struct ReleasedCurve {
+        Index curve;
+        fit::Release reason;
+    };
+    std::vector<ReleasedCurve> released_curves; ///< not followed by mesh edges
+    double largest_distance = 0; ///< of a boundary vertex to its target before it moved, model units
 };
 
 struct FitOutput {

@@ -44,14 +44,14 @@ class RegionFinder {
   public:
     RegionFinder(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
                  const CurveNet& net, const Capture& capture, const Context& context)
-        : surface_(surface), domain_(domain), net_(net), capture_(capture),
+        : surface_(surface), placed_(placed), domain_(domain), net_(net), capture_(capture),
           nearest_(nearest_patches(surface, placed, domain, context)) {}
 
     Regions run() {
-        regions_.curve_kept.assign(net_.curve_legs.size(), 1);
+        regions_.released.assign(net_.curve_legs.size(), Release::none);
         for (std::size_t c = 0; c < net_.curve_legs.size(); ++c)
             for (Index l = net_.curve_legs[c][0]; l < net_.curve_legs[c][1]; ++l)
-                if (capture_.path[l].empty()) regions_.curve_kept[c] = 0;
+                if (capture_.path[l].empty()) regions_.released[c] = why_missing(net_.legs[l]);
         do {
             mark_edges();
             label();
@@ -60,10 +60,16 @@ class RegionFinder {
     }
 
   private:
+    Release why_missing(const Leg& leg) const {
+        for (Index a : leg.anchor)
+            if (capture_.anchor_vertex[a] == kNoIndex) return Release::corner;
+        return Release::blocked;
+    }
+
     void mark_edges() {
         regions_.edge_curve.assign(surface_.edge.size(), kNoIndex);
         for (Index c = 0; c < net_.curve_legs.size(); ++c) {
-            if (!regions_.curve_kept[c]) continue;
+            if (!regions_.kept(c)) continue;
             for (Index l = net_.curve_legs[c][0]; l < net_.curve_legs[c][1]; ++l)
                 for (std::size_t i = 0; i + 1 < capture_.path[l].size(); ++i)
                     regions_.edge_curve[find_edge(surface_, capture_.path[l][i], capture_.path[l][i + 1])] =
@@ -84,7 +90,7 @@ class RegionFinder {
     Sets connect_patches() const {
         Sets sets(domain_.model.patch_count());
         for (Index c = 0; c < domain_.curve_patch.rows(); ++c)
-            if (!regions_.curve_kept[c])
+            if (!regions_.kept(c))
                 for (Index p : domain_.curve_patch[c]) sets.join(domain_.curve_patch[c][0], p);
         return sets;
     }
@@ -110,8 +116,40 @@ class RegionFinder {
                 regions_.quad_patch[q] = only[group];
             else
                 regions_.quad_patch[q] = patches.find(nearest_[q]) == group ? nearest_[q] : kNoIndex;
+            if (members[group] > 1) group_[q] = group;
         }
+        label_beside_ridges(patches);
         spread_labels();
+    }
+
+    /// In a region of several patches the quads beside a curve belong to those that the curve bounds.
+    void label_beside_ridges(Sets& patches) {
+        for (Index e = 0; e < surface_.edge.size(); ++e) {
+            const Index c = regions_.edge_curve[e];
+            if (c == kNoIndex) continue;
+            const std::span<const Index> own = domain_.curve_patch[c];
+            const auto [q, r] = surface_.edge[e].quad;
+            if (own.size() == 2 && group_[q] != kNoIndex && group_[q] == group_[r] &&
+                patches.find(own[0]) == group_[q] && patches.find(own[1]) == group_[q]) {
+                const bool swap =
+                    offset(q, own[0]) + offset(r, own[1]) > offset(q, own[1]) + offset(r, own[0]);
+                regions_.quad_patch[q] = own[swap ? 1 : 0];
+                regions_.quad_patch[r] = own[swap ? 0 : 1];
+                continue;
+            }
+            for (Index side : {q, r})
+                for (Index p : own)
+                    if (group_[side] != kNoIndex && patches.find(p) == group_[side])
+                        regions_.quad_patch[side] = p;
+        }
+    }
+
+    double offset(Index q, Index patch) const {
+        return domain_.model.project_patch(patch, quad_centre_of(q)).distance;
+    }
+    Point quad_centre_of(Index q) const {
+        const Quad& quad = surface_.quad[q];
+        return 0.25 * (placed_[quad[0]] + placed_[quad[1]] + placed_[quad[2]] + placed_[quad[3]]);
     }
 
     /// A quad nearest to a patch outside its region's group takes a neighbour's.
@@ -139,20 +177,23 @@ class RegionFinder {
         bool released = false;
         for (Index e = 0; e < surface_.edge.size(); ++e) {
             const Index c = regions_.edge_curve[e];
-            if (c == kNoIndex || !regions_.curve_kept[c]) continue;
+            if (c == kNoIndex || !regions_.kept(c)) continue;
             const std::span<const Index> own = domain_.curve_patch[c];
-            for (Index q : surface_.edge[e].quad)
-                if (std::find(own.begin(), own.end(), regions_.quad_patch[q]) == own.end())
-                    regions_.curve_kept[c] = 0;
-            if (own.size() == 2 && regions_.quad_patch[surface_.edge[e].quad[0]] ==
-                                       regions_.quad_patch[surface_.edge[e].quad[1]])
-                regions_.curve_kept[c] = 0;
-            released |= !regions_.curve_kept[c];
+            const auto [q, r] = surface_.edge[e].quad;
+            for (Index side : {q, r})
+                if (group_[side] == kNoIndex &&
+                    std::find(own.begin(), own.end(), regions_.quad_patch[side]) == own.end())
+                    regions_.released[c] = Release::sides;
+            const bool told_apart = group_[q] == kNoIndex || group_[r] == kNoIndex;
+            if (own.size() == 2 && told_apart && regions_.quad_patch[q] == regions_.quad_patch[r])
+                regions_.released[c] = Release::sides;
+            released |= !regions_.kept(c);
         }
         return released;
     }
 
     const SurfaceMesh& surface_;
+    const std::vector<Point>& placed_;
     const Domain& domain_;
     const CurveNet& net_;
     const Capture& capture_;

@@ -8,11 +8,20 @@
 
 namespace hexopt::fit {
 
+/// Why no mesh edges follow a curve.
+enum class Release : std::uint8_t {
+    none,    ///< they do
+    corner,  ///< no vertex is free near one of its ends
+    blocked, ///< no path of free edges runs along it
+    sides,   ///< its path has not its own two patches beside it: the mesh is too coarse there
+};
+
 /// What part of the domain each quad and vertex of the surface belongs to.
 struct Regions {
-    std::vector<Index> quad_patch;        ///< per quad
-    std::vector<std::uint8_t> curve_kept; ///< per curve: 1 where its path separates its two patches
-    std::vector<Index> edge_curve;        ///< per surface edge: kNoIndex where no curve runs
+    std::vector<Index> quad_patch; ///< per quad
+    std::vector<Release> released; ///< per curve
+    bool kept(Index curve) const { return released[curve] == Release::none; }
+    std::vector<Index> edge_curve; ///< per surface edge: kNoIndex where no curve runs
 };
 
 /// Cuts the surface along the paths and gives each piece the patch that most of its quads lie on. A curve
