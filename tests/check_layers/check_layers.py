@@ -19,7 +19,7 @@ LAYER = {
 # Third-party headers and the only places that may include them.
 RESERVED = [
     (re.compile(r"^(vulkan/|vk_video/)"), ("src/compute/vulkan/", "tests/"), "Vulkan"),
-    (re.compile(r"^CGAL/"), ("src/domain/", "tests/domain/"), "CGAL"),
+    (re.compile(r"^CGAL/"), ("src/domain/", "src/samples/geometry/", "tests/domain/"), "CGAL"),
     (re.compile(r"^vtk[A-Z]"), ("src/io/", "src/render/", "tests/"), "VTK"),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

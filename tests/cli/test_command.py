@@ -96,6 +96,24 @@ class Usage(Command):
         self.assert_error(result, OUTPUT_FAILED, "standard output")
 
 
+class Sample(Command):
+    def test_geometries(self):
+        self.make("airfoil.stl", "airfoil", "--airfoil", "23012", "--size", 40)
+        text = self.path("airfoil.stl").read_text()
+        self.assertEqual(text.count("solid airfoil\n"), 2)
+        self.make("pipe.obj", "cylinder")
+        self.assertIn("g wall\n", self.path("pipe.obj").read_text())
+        self.make("pipe.stl", "cylinder", "--size", 12, "--binary")
+        self.assertEqual(self.path("pipe.stl").stat().st_size, 84 + 50 * 48)
+
+    def test_options_of_the_other_kind_are_refused(self):
+        self.assert_error(run("sample", "cylinder", "-o", self.path("a.stl"), "--levels", 2), USAGE, "--levels")
+        self.assert_error(run("sample", "grid", "-o", self.path("a.vtu"), "--binary"), USAGE, "--binary")
+        self.assert_error(run("sample", "cylinder", "-o", self.path("a.vtu")), USAGE, "a.vtu")
+        self.assert_error(run("sample", "cylinder", "-o", self.path("a.stl"), "--airfoil", "0012"), USAGE, "airfoil")
+        self.assert_error(run("sample", "wing", "-o", self.path("a.stl"), "--airfoil", "99999"), USAGE, "99999")
+
+
 class Optimize(Command):
     def test_valid_mesh_and_report(self):
         mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)

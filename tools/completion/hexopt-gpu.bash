@@ -7,7 +7,7 @@ _hexopt_gpu() {
   elif [[ $word == -* ]]; then
     words=$("$program" "$command" --help 2>/dev/null | grep -oE '^  (-[a-z],)?--[a-z-]+' | grep -oE '\-\-[a-z-]+')
   elif [ "$command" = sample ] && [ "$COMP_CWORD" -eq 2 ]; then
-    words=$("$program" sample --help 2>/dev/null | sed -n '/^Samples:/,$ s/^  \([a-z][a-z0-9-]*\) .*/\1/p')
+    words=$("$program" sample --help 2>/dev/null | sed -n '/^Meshes (/,$ s/^  \([a-z][a-z0-9-]*\) .*/\1/p')
   else
     case $previous in
       --boundary) words="fixed slide" ;;
