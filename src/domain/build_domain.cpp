@@ -58,11 +58,15 @@ void add_incidence(const FeatureGraph& graph, const CleanSurface& surface, Domai
         const std::span<const Index> chain = graph.curve_vertex[c];
         std::vector<Index> patches;
         CurveAngle angle{360, 0};
+        bool open = false;
         for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
             const auto [low, high] = std::minmax(chain[i], chain[i + 1]);
             const std::vector<EdgeSide>& beside = sides.at({low, high});
             for (const EdgeSide& side : beside) patches.push_back(side.patch);
-            if (beside.size() != 2) continue;
+            if (beside.size() != 2) {
+                open = true;
+                continue;
+            }
             const double theta =
                 interior_angle_deg(surface, {low, high}, beside[0].triangle, beside[1].triangle);
             angle.smallest = std::min(angle.smallest, theta);
@@ -72,6 +76,7 @@ void add_incidence(const FeatureGraph& graph, const CleanSurface& surface, Domai
         patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
         domain.curve_patch.item.insert(domain.curve_patch.item.end(), patches.begin(), patches.end());
         domain.curve_patch.offset.push_back(domain.curve_patch.item.size());
+        domain.curve_open.push_back(open);
         domain.angle.push_back(angle.smallest > angle.largest ? CurveAngle{} : angle);
     }
     std::vector<std::vector<Index>> at(domain.model.corner_count());

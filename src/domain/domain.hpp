@@ -21,12 +21,13 @@ struct CurveAngle {
 /// What is meshed: patches, curves and corners with their geometry (model) and incidence. Thesis section 3.2:
 /// topology and geometry are kept apart; the triangles of two patches need not match at their curve.
 struct Domain {
-    BoundaryModel model;     ///< unbound until the mesh is fitted
-    Csr<Index> curve_patch;  ///< per curve: patches beside it, rising; one where both sides are the same
-    Csr<Index> corner_curve; ///< per corner: curves that end there, rising; twice for a loop
-    std::vector<CurveAngle> angle;  ///< per curve
-    std::vector<Index> patch_name;  ///< per patch: its name in `names`
-    std::vector<std::string> names; ///< of patches as the input calls them
+    BoundaryModel model;    ///< unbound until the mesh is fitted
+    Csr<Index> curve_patch; ///< per curve: patches beside it, rising; one where both sides are the same
+    std::vector<std::uint8_t> curve_open; ///< per curve: 1 where an edge of it has not exactly two triangles
+    Csr<Index> corner_curve;              ///< per corner: curves that end there, rising; twice for a loop
+    std::vector<CurveAngle> angle;        ///< per curve
+    std::vector<Index> patch_name;        ///< per patch: its name in `names`
+    std::vector<std::string> names;       ///< of patches as the input calls them
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0; ///< of the input
 };
 

@@ -164,6 +164,7 @@ class Router {
     }
 
     bool has_anchors(Index leg) const {
+        if (domain_.curve_open[net_.legs[leg].curve]) return false;
         const auto [a, b] = net_.legs[leg].anchor;
         return capture_.anchor_vertex[a] != kNoIndex && capture_.anchor_vertex[b] != kNoIndex;
     }

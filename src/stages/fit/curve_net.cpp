@@ -61,7 +61,8 @@ CurveNet make_curve_net(const Domain& domain) {
     }
     std::vector<std::vector<Index>> at(net.anchors.size());
     for (Index l = 0; l < net.legs.size(); ++l)
-        for (Index a : net.legs[l].anchor) at[a].push_back(l);
+        if (!domain.curve_open[net.legs[l].curve])
+            for (Index a : net.legs[l].anchor) at[a].push_back(l);
     for (const std::vector<Index>& legs : at) {
         net.anchor_leg.item.insert(net.anchor_leg.item.end(), legs.begin(), legs.end());
         net.anchor_leg.offset.push_back(net.anchor_leg.item.size());

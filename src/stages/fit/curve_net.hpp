@@ -28,7 +28,7 @@ struct Leg {
 struct CurveNet {
     std::vector<Anchor> anchors;                  ///< corners first, by number
     std::vector<Leg> legs;                        ///< by curve, in the curve's direction
-    Csr<Index> anchor_leg;                        ///< legs at each anchor, rising
+    Csr<Index> anchor_leg;                        ///< legs at each anchor that are to be captured, rising
     std::vector<std::array<Index, 2>> curve_legs; ///< per curve: [first, last)
 };
 

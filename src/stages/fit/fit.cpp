@@ -177,7 +177,8 @@ class Fitter {
         std::vector<std::uint8_t> near(surface_.vertex.size(), 0);
         for (Index v = 0; v < near.size(); ++v)
             for (const FitReport::ReleasedCurve& r : output_.report.released_curves)
-                if (domain_.model.project_curve(r.curve, placed_[v]).distance < 2 * surface_.size[v]) {
+                if (r.reason != Release::open &&
+                    domain_.model.project_curve(r.curve, placed_[v]).distance < 2 * surface_.size[v]) {
                     near[v] = 1;
                     break;
                 }

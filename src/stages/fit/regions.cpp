@@ -61,6 +61,7 @@ class RegionFinder {
 
   private:
     Release why_missing(const Leg& leg) const {
+        if (domain_.curve_open[leg.curve]) return Release::open;
         for (Index a : leg.anchor)
             if (capture_.anchor_vertex[a] == kNoIndex) return Release::corner;
         return Release::blocked;

@@ -11,6 +11,7 @@ namespace hexopt::fit {
 /// Why no mesh edges follow a curve.
 enum class Release : std::uint8_t {
     none,    ///< they do
+    open,    ///< the surface ends or branches there: a hole or a flaw, not a feature to follow
     corner,  ///< no vertex is free near one of its ends
     blocked, ///< no path of free edges runs along it
     sides,   ///< its path has not its own two patches beside it: the mesh is too coarse there

@@ -1,0 +1,237 @@
+#include "domain/weld_surface.hpp"
+
+#include "domain/box_tree.hpp"
+#include "domain/closest_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+namespace hexopt {
+
+namespace {
+
+using Triangle = std::array<Index, 3>;
+using Edge = std::array<Index, 2>; ///< in the direction of its triangle
+
+constexpr const char* kStage = "weld";
+constexpr int kMaxRounds = 8;
+
+Status check(const TriangleSoup& soup, double tolerance) {
+    if (!(tolerance >= 0))
+        return make_error(ErrorCode::usage, kStage, "", "the tolerance must not be negative");
+    for (std::size_t v = 0; v < soup.vertices.size(); ++v)
+        for (int k = 0; k < 3; ++k)
+            if (!std::isfinite(soup.vertices[v][k]))
+                return make_error(ErrorCode::bad_input, kStage, fmt::format("vertex {}", v),
+                                  "a coordinate is not finite");
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+        for (Index v : soup.triangles[t])
+            if (v >= soup.vertices.size())
+                return make_error(ErrorCode::bad_input, kStage, fmt::format("triangle {}", t),
+                                  fmt::format("vertex {} of {} does not exist", v, soup.vertices.size()));
+    return Done{};
+}
+
+struct OpenEdge {
+    Edge edge;
+    Index triangle;
+    int side; ///< from corner `side` of the triangle to the next
+};
+
+class Welder {
+  public:
+    Welder(const TriangleSoup& soup, double tolerance) : tolerance_(tolerance) {
+        out_.soup = soup;
+        merge_equal();
+        out_.report.dropped_triangles += drop_collapsed();
+    }
+
+    WeldedSurface run(const Context& context) {
+        std::vector<OpenEdge> open = find_open();
+        out_.report.open_edges_before = open.size();
+        for (int round = 0; round < kMaxRounds && !open.empty() && !context.is_cancelled(); ++round) {
+            const std::size_t merged = merge_near(open);
+            out_.report.merged_vertices += merged;
+            if (merged > 0) out_.report.dropped_triangles += drop_collapsed();
+            const std::size_t cut = cut_at_vertices(find_open());
+            out_.report.cut_triangles += cut;
+            open = find_open();
+            if (merged + cut == 0) break;
+        }
+        out_.report.open_edges_after = open.size();
+        return std::move(out_);
+    }
+
+  private:
+    void merge_equal() {
+        std::vector<Index> order(out_.soup.vertices.size()), first(order.size());
+        std::iota(order.begin(), order.end(), Index{0});
+        const std::vector<Point>& x = out_.soup.vertices;
+        std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+            for (int k = 0; k < 3; ++k)
+                if (x[a][k] != x[b][k]) return x[a][k] < x[b][k];
+            return a < b;
+        });
+        for (std::size_t i = 0; i < order.size(); ++i)
+            first[order[i]] = i > 0 && x[order[i]] == x[order[i - 1]] ? first[order[i - 1]] : order[i];
+        for (Triangle& t : out_.soup.triangles)
+            for (Index& v : t) v = first[v];
+    }
+
+    std::size_t drop_collapsed() {
+        TriangleSoup& soup = out_.soup;
+        std::size_t kept = 0;
+        for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+            const Triangle& c = soup.triangles[t];
+            if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
+            soup.triangles[kept] = c;
+            if (!soup.patch.empty()) soup.patch[kept] = soup.patch[t];
+            ++kept;
+        }
+        const std::size_t dropped = soup.triangles.size() - kept;
+        soup.triangles.resize(kept);
+        if (!soup.patch.empty()) soup.patch.resize(kept);
+        return dropped;
+    }
+
+    std::vector<OpenEdge> find_open() const {
+        std::vector<OpenEdge> all;
+        for (Index t = 0; t < out_.soup.triangles.size(); ++t)
+            for (int k = 0; k < 3; ++k)
+                all.push_back({{out_.soup.triangles[t][k], out_.soup.triangles[t][(k + 1) % 3]}, t, k});
+        const auto key = [](const OpenEdge& e) { return std::minmax(e.edge[0], e.edge[1]); };
+        std::sort(all.begin(), all.end(), [&](const OpenEdge& a, const OpenEdge& b) {
+            const auto ka = key(a), kb = key(b);
+            return ka != kb ? ka < kb : a.triangle < b.triangle;
+        });
+        std::vector<OpenEdge> open;
+        for (std::size_t i = 0; i < all.size();) {
+            std::size_t end = i + 1;
+            while (end < all.size() && key(all[end]) == key(all[i])) ++end;
+            if (end == i + 1) open.push_back(all[i]);
+            i = end;
+        }
+        return open;
+    }
+
+    std::vector<Index> open_vertices(const std::vector<OpenEdge>& open) const {
+        std::vector<Index> vertices;
+        for (const OpenEdge& e : open) vertices.insert(vertices.end(), e.edge.begin(), e.edge.end());
+        std::sort(vertices.begin(), vertices.end());
+        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+        return vertices;
+    }
+
+    /// Moves each open vertex onto the lowest-numbered one within the tolerance that stays where it is.
+    std::size_t merge_near(const std::vector<OpenEdge>& open) {
+        const std::vector<Index> vertices = open_vertices(open);
+        std::vector<Box> boxes(vertices.size());
+        Box frame;
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+            boxes[i].add(out_.soup.vertices[vertices[i]]);
+            frame.add(boxes[i]);
+        }
+        BoxTree tree(frame);
+        std::vector<Index> order, target(out_.soup.vertices.size());
+        const Index root = tree.add_tree(boxes, 0, order);
+        std::iota(target.begin(), target.end(), Index{0});
+        std::size_t merged = 0;
+        const double reach2 = tolerance_ * tolerance_;
+        for (Index v : vertices) {
+            const Point& x = out_.soup.vertices[v];
+            Index best = v;
+            tree.visit_near(root, x, reach2, [&](Index first, Index last) {
+                for (Index i = first; i < last; ++i) {
+                    const Index u = vertices[order[i]];
+                    const Point d = out_.soup.vertices[u] - x;
+                    if (u < best && target[u] == u && glm::dot(d, d) <= reach2) best = u;
+                }
+            });
+            if (best == v) continue;
+            target[v] = best;
+            ++merged;
+        }
+        for (Triangle& t : out_.soup.triangles)
+            for (Index& v : t) v = target[v];
+        return merged;
+    }
+
+    /// Cuts each triangle at the vertices that lie on one of its open edges.
+    std::size_t cut_at_vertices(const std::vector<OpenEdge>& open) {
+        if (open.empty()) return 0;
+        const std::vector<Index> vertices = open_vertices(open);
+        std::vector<Box> boxes(vertices.size());
+        Box frame;
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+            boxes[i].add(out_.soup.vertices[vertices[i]]);
+            frame.add(boxes[i]);
+        }
+        BoxTree tree(frame);
+        std::vector<Index> order;
+        const Index root = tree.add_tree(boxes, 0, order);
+        std::vector<std::uint8_t> done(out_.soup.triangles.size(), 0);
+        std::size_t cut = 0;
+        for (const OpenEdge& e : open) {
+            if (done[e.triangle]) continue; // its other edges come in the next round
+            const std::vector<Index> on = vertices_on(e, tree, root, vertices, order);
+            if (on.empty()) continue;
+            done[e.triangle] = 1;
+            ++cut;
+            cut_triangle(e, on);
+        }
+        return cut;
+    }
+
+    /// Vertices within the tolerance of an edge's inside, from its start to its end.
+    std::vector<Index> vertices_on(const OpenEdge& e, const BoxTree& tree, Index root,
+                                   const std::vector<Index>& vertices,
+                                   const std::vector<Index>& order) const {
+        const Point a = out_.soup.vertices[e.edge[0]], b = out_.soup.vertices[e.edge[1]];
+        const double half = 0.5 * glm::distance(a, b) + tolerance_, reach2 = half * half;
+        std::vector<std::pair<double, Index>> on;
+        tree.visit_near(root, 0.5 * (a + b), reach2, [&](Index first, Index last) {
+            for (Index i = first; i < last; ++i) {
+                const Index v = vertices[order[i]];
+                const Triangle& t = out_.soup.triangles[e.triangle];
+                if (std::find(t.begin(), t.end(), v) != t.end()) continue;
+                const Point& x = out_.soup.vertices[v];
+                const ClosestPoint<2> at = closest_on_segment(x, a, b);
+                if (at.weight[0] > 0 && at.weight[1] > 0 && glm::distance(x, at.point) <= tolerance_)
+                    on.emplace_back(at.weight[1], v);
+            }
+        });
+        std::sort(on.begin(), on.end());
+        std::vector<Index> result;
+        for (const auto& [at, v] : on) result.push_back(v);
+        return result;
+    }
+
+    void cut_triangle(const OpenEdge& e, const std::vector<Index>& on) {
+        TriangleSoup& soup = out_.soup;
+        const Index apex = soup.triangles[e.triangle][(e.side + 2) % 3];
+        Index from = e.edge[0];
+        for (Index v : on) {
+            soup.triangles.push_back({from, v, apex});
+            if (!soup.patch.empty()) soup.patch.push_back(Index{soup.patch[e.triangle]});
+            from = v;
+        }
+        soup.triangles[e.triangle] = {from, e.edge[1], apex};
+    }
+
+    double tolerance_;
+    WeldedSurface out_;
+};
+
+} // namespace
+
+Result<WeldedSurface> weld_surface(const TriangleSoup& soup, double tolerance, Context& context) {
+    if (Status ok = check(soup, tolerance); !ok) return ok.error();
+    WeldedSurface welded = Welder(soup, tolerance).run(context);
+    if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
+    return welded;
+}
+
+} // namespace hexopt
