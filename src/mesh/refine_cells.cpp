@@ -1,0 +1,176 @@
+#include "mesh/refine_cells.hpp"
+
+#include "mesh/hex_reference.hpp"
+#include "mesh/topology.hpp"
+#include "mesh/validate_structure.hpp"
+
+#include <algorithm>
+
+namespace hexopt {
+
+namespace {
+
+/// Number of a place with coordinates 0, 1 or 2 in units of half a cell.
+constexpr int mid_index(int x, int y, int z) { return x + 3 * y + 9 * z; }
+
+/// What the place (0, 1, 2 along each axis) depends on: corners of the cell.
+struct MidMasters {
+    std::array<std::uint8_t, 8> corner;
+    int count;
+};
+
+constexpr std::array<MidMasters, 27> kMidMasters = [] {
+    std::array<MidMasters, 27> masters{};
+    for (int p = 0; p < 27; ++p) {
+        const std::array<int, 3> at = {p % 3, p / 3 % 3, p / 9};
+        for (int k = 0; k < 8; ++k) {
+            const std::array<int, 3> x = {2 * hex::kVertexX[k], 2 * hex::kVertexY[k], 2 * hex::kVertexZ[k]};
+            bool counts = true;
+            for (int d = 0; d < 3; ++d) counts = counts && (at[d] == 1 || at[d] == x[d]);
+            if (counts) masters[p].corner[masters[p].count++] = static_cast<std::uint8_t>(k);
+        }
+    }
+    return masters;
+}();
+
+} // namespace
+
+CellRefinement::CellRefinement(HexMesh roots) : lattice_(roots), root_count_(roots.cell_count()) {
+    leaf_count_ = root_count_;
+    positions_ = std::move(roots.positions);
+    nodes_.resize(root_count_);
+    for (Index c = 0; c < root_count_; ++c) {
+        nodes_[c].vertices = roots.cells[c];
+        nodes_[c].low = {0, 0, 0};
+        nodes_[c].root = c;
+    }
+    keep_patches(roots);
+    root_mesh_.cells = std::move(roots.cells);
+    root_mesh_.patch_names = std::move(roots.patch_names);
+    root_mesh_.positions.resize(positions_.size());
+}
+
+void CellRefinement::keep_patches(const HexMesh& roots) {
+    if (roots.boundary.empty()) return;
+    const auto key = [](Quad quad) {
+        std::sort(quad.begin(), quad.end());
+        return quad;
+    };
+    std::vector<std::pair<Quad, Index>> patch_of_quad;
+    for (const BoundaryQuad& quad : roots.boundary)
+        patch_of_quad.emplace_back(key(quad.vertices), quad.patch);
+    std::sort(patch_of_quad.begin(), patch_of_quad.end());
+    root_face_patch_.resize(6 * roots.cell_count());
+    for (std::size_t use = 0; use < root_face_patch_.size(); ++use) {
+        const CellFace face{static_cast<Index>(use / 6), static_cast<std::uint32_t>(use % 6)};
+        const Quad quad = key(face_vertices(roots, face));
+        const auto found =
+            std::lower_bound(patch_of_quad.begin(), patch_of_quad.end(), std::pair(quad, Index{0}));
+        root_face_patch_[use] =
+            found != patch_of_quad.end() && found->first == quad ? found->second : kNoIndex;
+    }
+}
+
+Result<CellRefinement> CellRefinement::create(HexMesh roots, const Parallel& parallel) {
+    if (roots.cell_count() == 0)
+        return make_error(ErrorCode::bad_input, "refine", "", "the initial mesh has no cells");
+    if (!roots.hanging.empty())
+        return make_error(ErrorCode::bad_input, "refine", "vertex " + std::to_string(roots.hanging.vertex[0]),
+                          "the initial mesh has hanging vertices; give a conforming one");
+    if (Status ok = require_structure(roots, "refine", parallel); !ok) return ok.error();
+    return CellRefinement(std::move(roots));
+}
+
+LatticePoint CellRefinement::middle_point(const RefineNode& node, const std::array<int, 3>& half) const {
+    LatticePoint at;
+    for (int d = 0; d < 3; ++d) {
+        const std::uint32_t size = lattice_.size() >> node.level[d];
+        at[d] = node.low[d] + (half[d] == 2 ? size : half[d] == 1 ? size / 2 : 0);
+    }
+    return at;
+}
+
+Index CellRefinement::find_middle(const RefineNode& node, const std::array<int, 3>& half) const {
+    for (int d = 0; d < 3; ++d)
+        if (half[d] == 1 && node.level[d] == lattice_.depth()) return kNoIndex;
+    return vertex_at_.find(lattice_.key(node.root, middle_point(node, half)));
+}
+
+CellRefinement::Mid27 CellRefinement::make_vertices(Index n, AxisMask mask) {
+    const RefineNode node = nodes_[n];
+    Mid27 vertices;
+    vertices.fill(kNoIndex);
+    for (int k = 0; k < 8; ++k)
+        vertices[mid_index(2 * hex::kVertexX[k], 2 * hex::kVertexY[k], 2 * hex::kVertexZ[k])] =
+            node.vertices[k];
+    for (int p = 0; p < 27; ++p) {
+        const std::array<int, 3> half = {p % 3, p / 3 % 3, p / 9};
+        const int middles = (half[0] == 1 ? 1 : 0) | (half[1] == 1 ? 2 : 0) | (half[2] == 1 ? 4 : 0);
+        if (middles == 0 || (middles & ~mask) != 0) continue;
+        const Index fresh = static_cast<Index>(positions_.size());
+        // No other cell reaches the middle of one that is cut along all axes at once.
+        vertices[p] =
+            middles == kAllAxes
+                ? fresh
+                : vertex_at_.find_or_insert(lattice_.key(node.root, middle_point(node, half)), fresh);
+        if (vertices[p] != fresh) continue;
+        Point sum(0);
+        const MidMasters& masters = kMidMasters[p];
+        for (int k = 0; k < masters.count; ++k) sum += positions_[node.vertices[masters.corner[k]]];
+        positions_.push_back(sum / static_cast<double>(masters.count));
+    }
+    return vertices;
+}
+
+void CellRefinement::split(Index n, AxisMask mask) {
+    const Mid27 vertices = make_vertices(n, mask);
+    nodes_[n].mask = mask;
+    nodes_[n].first_child = static_cast<Index>(nodes_.size());
+    const RefineNode parent = nodes_[n];
+    leaf_count_ += static_cast<std::size_t>(parent.child_count()) - 1;
+    for (int c = 0; c < 8; ++c) {
+        if ((c & ~mask) != 0) continue;
+        RefineNode child;
+        child.root = parent.root;
+        std::array<std::array<int, 2>, 3> ends; // in half cells
+        for (int d = 0; d < 3; ++d) {
+            const bool cut = mask >> d & 1, upper = c >> d & 1;
+            ends[d] = {upper ? 1 : 0, cut && !upper ? 1 : 2};
+            child.level[d] = static_cast<std::uint8_t>(parent.level[d] + (cut ? 1 : 0));
+            child.low[d] = parent.low[d] + (upper ? lattice_.size() >> child.level[d] : 0);
+        }
+        for (int k = 0; k < 8; ++k)
+            child.vertices[k] = vertices[mid_index(ends[0][hex::kVertexX[k]], ends[1][hex::kVertexY[k]],
+                                                   ends[2][hex::kVertexZ[k]])];
+        nodes_.push_back(child);
+    }
+}
+
+bool CellRefinement::keep_request(const RefineRequest& request, RefineCount& count) const {
+    bool keep = request.node < nodes_.size() && nodes_[request.node].is_leaf() && request.mask != 0 &&
+                request.mask <= kAllAxes;
+    for (int d = 0; keep && d < 3; ++d)
+        if (request.mask >> d & 1) keep = nodes_[request.node].level[d] < lattice_.depth();
+    if (!keep) ++count.refused;
+    return keep;
+}
+
+RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int rings) {
+    RefineCount count;
+    std::vector<RefineRequest> kept;
+    for (const RefineRequest& request : requests)
+        if (keep_request(request, count)) kept.push_back(request);
+    if (kept.empty()) return count;
+    for (const RefineRequest& request : kept) {
+        if (uniform_mask_ == 0) uniform_mask_ = request.mask;
+        mixed_ = mixed_ || request.mask != uniform_mask_;
+    }
+    if (mixed_) {
+        refine_mixed(kept, count);
+        return count;
+    }
+    for (Index node : mark_uniform(kept, rings, count)) split(node, uniform_mask_);
+    return count;
+}
+
+} // namespace hexopt
