@@ -134,6 +134,10 @@ class BoundaryModel {
     const std::array<Point, 3>& triangle(Index triangle) const { return triangles_[triangle].corner; }
     const std::array<Point, 2>& segment(Index segment) const { return segments_[segment].end; }
     Index curve_of_segment(Index segment) const { return curve_of_segment_[segment]; }
+    /// Unit normals of a triangle's corners, angle-weighted within its patch.
+    const std::array<Point, 3>& vertex_normals(Index triangle) const {
+        return triangle_vertex_normal_[triangle];
+    }
     SourceFace source_face(Index triangle) const { return source_[triangle]; }
     Index patch_of_triangle(Index triangle) const { return patch_of_triangle_[triangle]; }
     /// Points of a curve in order; a closed one repeats its first point at the end.

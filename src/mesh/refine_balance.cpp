@@ -29,14 +29,20 @@ void CellRefinement::spread_marks(const std::vector<Index>& leaves, int level, i
 
 /// The leaves to split, coarse ones first. A leaf of level k that is split needs neighbours of level k or
 /// finer; in a balanced mesh the coarser ones are of level k - 1 and share a vertex with it.
-std::vector<Index> CellRefinement::mark_uniform(std::span<const RefineRequest> requests, int rings,
+std::vector<Index> CellRefinement::mark_uniform(std::span<const RefineRequest> requests,
+                                                std::span<const Index> surrounded, int rings,
                                                 RefineCount& count) const {
+    constexpr std::uint8_t kSplit = 1, kSurround = 2;
     Marks marks;
     marks.marked.assign(nodes_.size(), 0);
     int top = 0;
+    for (Index leaf : surrounded) {
+        marks.marked[leaf] = kSurround;
+        top = std::max<int>(top, nodes_[leaf].depth());
+    }
     for (const RefineRequest& request : requests) {
-        count.requested += marks.marked[request.node] == 0;
-        marks.marked[request.node] = 1;
+        count.requested += marks.marked[request.node] != kSplit;
+        marks.marked[request.node] = kSplit;
         top = std::max<int>(top, nodes_[request.node].depth());
     }
     std::vector<std::vector<Index>> by_level(static_cast<std::size_t>(top) + 1);
@@ -59,7 +65,7 @@ std::vector<Index> CellRefinement::mark_uniform(std::span<const RefineRequest> r
     std::vector<Index> split;
     for (const std::vector<Index>& leaves : by_level)
         for (Index leaf : leaves)
-            if (marks.marked[leaf]) split.push_back(leaf);
+            if (marks.marked[leaf] == kSplit) split.push_back(leaf);
     count.balance += split.size() - count.requested;
     return split;
 }

@@ -5,6 +5,8 @@
 #include "mesh/validate_structure.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cassert>
 
 namespace hexopt {
 
@@ -32,6 +34,8 @@ constexpr std::array<MidMasters, 27> kMidMasters = [] {
     }
     return masters;
 }();
+
+std::size_t leaves_gained(AxisMask mask) { return (std::size_t{1} << std::popcount(mask)) - 1; }
 
 } // namespace
 
@@ -155,21 +159,35 @@ bool CellRefinement::keep_request(const RefineRequest& request, RefineCount& cou
     return keep;
 }
 
-RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int rings) {
+RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int rings,
+                                   std::size_t max_leaves) {
     RefineCount count;
     std::vector<RefineRequest> kept;
     for (const RefineRequest& request : requests)
         if (keep_request(request, count)) kept.push_back(request);
     if (kept.empty()) return count;
-    for (const RefineRequest& request : kept) {
-        if (uniform_mask_ == 0) uniform_mask_ = request.mask;
-        mixed_ = mixed_ || request.mask != uniform_mask_;
-    }
-    if (mixed_) {
-        refine_mixed(kept, count);
-        return count;
-    }
-    for (Index node : mark_uniform(kept, rings, count)) split(node, uniform_mask_);
+    const AxisMask mask = uniform_mask_ == 0 ? kept[0].mask : uniform_mask_;
+    bool mixed = mixed_;
+    for (const RefineRequest& request : kept) mixed = mixed || request.mask != mask;
+    std::vector<Index> marked;
+    if (!mixed) marked = mark_uniform(kept, {}, rings, count);
+    const std::size_t splits = mixed ? kept.size() : marked.size();
+    if (leaf_count_ + splits * (mixed ? 1 : leaves_gained(mask)) > max_leaves)
+        return {0, 0, count.refused, true};
+    uniform_mask_ = mask;
+    mixed_ = mixed;
+    if (mixed_) refine_mixed(kept, count);
+    for (Index node : marked) split(node, uniform_mask_);
+    return count;
+}
+
+RefineCount CellRefinement::surround(std::span<const Index> leaves, int rings, std::size_t max_leaves) {
+    assert(!mixed_);
+    RefineCount count;
+    if (uniform_mask_ == 0) return count; // all leaves are of one level
+    const std::vector<Index> marked = mark_uniform({}, leaves, rings, count);
+    if (leaf_count_ + marked.size() * leaves_gained(uniform_mask_) > max_leaves) return {0, 0, 0, true};
+    for (Index node : marked) split(node, uniform_mask_);
     return count;
 }
 

@@ -44,6 +44,7 @@ struct RefineCount {
     std::size_t requested = 0; ///< leaves split because they were asked for
     std::size_t balance = 0;   ///< split to keep the steps between levels small
     std::size_t refused = 0;   ///< requests for what is no leaf or has no halvings left (max_level())
+    bool over_budget = false;  ///< nothing was split: there would be too many leaves
 };
 
 /// The leaves as a mesh.
@@ -69,8 +70,14 @@ class CellRefinement {
 
     /// Splits leaves and whatever the balance asks for. rings: at least that many cells of each level
     /// between those of the next finer and the next coarser one (1: balance only; more only where all cuts
-    /// use one mask, and only as far as this call's splits go).
-    RefineCount refine(std::span<const RefineRequest> requests, int rings = 1);
+    /// use one mask, and only as far as this call's splits go). max_leaves: nothing is split if there would
+    /// be more (where masks differ, without what the balance adds).
+    RefineCount refine(std::span<const RefineRequest> requests, int rings = 1,
+                       std::size_t max_leaves = ~std::size_t{0});
+
+    /// Splits coarser leaves so that `rings` cells round the given leaves are no larger than these (1: those
+    /// that touch them). Only where all cuts so far used one mask: asserts.
+    RefineCount surround(std::span<const Index> leaves, int rings, std::size_t max_leaves = ~std::size_t{0});
 
     /// Leaves, depth first: children by xi, then eta, then zeta; roots in their order.
     std::vector<Index> leaves() const;
@@ -96,8 +103,8 @@ class CellRefinement {
     Index find_middle(const RefineNode& node, const std::array<int, 3>& half) const;
 
     bool keep_request(const RefineRequest& request, RefineCount& count) const;
-    std::vector<Index> mark_uniform(std::span<const RefineRequest> requests, int rings,
-                                    RefineCount& count) const;
+    std::vector<Index> mark_uniform(std::span<const RefineRequest> requests,
+                                    std::span<const Index> surrounded, int rings, RefineCount& count) const;
     struct Marks;
     void spread_marks(const std::vector<Index>& leaves, int level, int reach, Marks& marks) const;
 
