@@ -1,0 +1,333 @@
+#include "stages/buffer/buffer.hpp"
+
+#include "stages/buffer/buffer_counts.hpp"
+#include "stages/buffer/surface_regions.hpp"
+
+#include <cassert>
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+constexpr const char* kStage = "buffer";
+
+/// A sheet to be inserted under all quads of its regions.
+struct RegionSheet {
+    std::vector<Index> regions; ///< rising
+};
+
+/// A sheet that could not be inserted, and the regions at the place.
+struct FailedSheet {
+    RegionSheet sheet;
+    SheetProblem problem;
+    std::vector<Index> regions_there;
+};
+
+Status check_options(const BufferOptions& options) {
+    const auto within = [](double value, double limit) { return value >= 0 && value <= limit; };
+    if (!within(options.join_deg, 360) || !within(options.pillow_deg, 361) ||
+        !within(options.corner_deg, 180))
+        return make_error(ErrorCode::usage, kStage, "", "an angle is out of range");
+    return Done{};
+}
+
+Status check_entities(const FittedMesh& fitted, const Domain& domain) {
+    const auto bad = [](std::string where) {
+        return make_error(ErrorCode::bad_input, kStage, std::move(where), "bound to what the domain has not");
+    };
+    for (std::size_t v = 0; v < fitted.association.size(); ++v) {
+        const auto [kind, entity] = fitted.association[v];
+        const std::size_t count = kind == EntityKind::patch    ? domain.model.patch_count()
+                                  : kind == EntityKind::curve  ? domain.model.curve_count()
+                                  : kind == EntityKind::corner ? domain.model.corner_count()
+                                                               : std::size_t{kNoIndex} + 1;
+        if (entity >= count) return bad(fmt::format("vertex {}", v));
+    }
+    for (const FittedMesh::RidgeEdge& ridge : fitted.ridges)
+        if (ridge.curve >= domain.angle.size()) return bad(fmt::format("ridge edge {} {}", ridge.a, ridge.b));
+    for (std::size_t q = 0; q < fitted.mesh.boundary.size(); ++q) {
+        const Index patch = fitted.mesh.boundary[q].patch;
+        if (patch != kNoIndex && patch >= domain.model.patch_count())
+            return bad(fmt::format("boundary quad {}", q));
+    }
+    return Done{};
+}
+
+/// Inserts sheets of one kind: those that do not touch one another in one pass, in order otherwise.
+class SheetSeries {
+  public:
+    SheetSeries(SheetMesh& mesh, const BoundaryModel& model, SheetKind kind, Context& context)
+        : mesh_(mesh), model_(model), kind_(kind), context_(context) {}
+
+    /// Sheets that could not be inserted.
+    std::vector<FailedSheet> insert(std::vector<RegionSheet> sheets, Index region_count) {
+        sheets_ = std::move(sheets);
+        sheet_of_region_.assign(region_count, kNoIndex);
+        for (Index s = 0; s < sheets_.size(); ++s)
+            for (Index region : sheets_[s].regions) sheet_of_region_[region] = s;
+        state_.assign(sheets_.size(), State::waiting);
+        while (!context_.is_cancelled() && has_waiting()) insert_some();
+        return std::move(failed_);
+    }
+
+    std::size_t passes() const { return passes_; }
+    std::size_t inserted() const {
+        return static_cast<std::size_t>(std::count(state_.begin(), state_.end(), State::inserted));
+    }
+
+  private:
+    enum class State { waiting, chosen, inserted, failed };
+
+    bool has_waiting() const {
+        return std::find(state_.begin(), state_.end(), State::waiting) != state_.end();
+    }
+
+    void insert_some() {
+        const SheetChoice choice = choose();
+        const std::vector<SheetProblem> problems = insert_sheet(mesh_, choice, model_, context_.parallel());
+        ++passes_;
+        for (const SheetProblem& problem : problems) {
+            const Index sheet = owner_[problem.vertex];
+            assert(sheet != kNoIndex);
+            if (state_[sheet] != State::chosen) continue;
+            state_[sheet] = State::failed;
+            failed_.push_back({sheets_[sheet], problem, regions_at(problem.vertex)});
+        }
+        for (State& state : state_)
+            if (state == State::chosen) state = problems.empty() ? State::inserted : State::waiting;
+    }
+
+    /// The first waiting sheets none of which touches an earlier one.
+    SheetChoice choose() {
+        std::vector<std::vector<Index>> quads(sheets_.size());
+        for (Index q = 0; q < mesh_.surface.size(); ++q) {
+            const Index sheet = sheet_of_region_[mesh_.surface[q].region];
+            if (sheet != kNoIndex && state_[sheet] == State::waiting) quads[sheet].push_back(q);
+        }
+        owner_.assign(mesh_.positions.size(), kNoIndex);
+        SheetChoice choice;
+        choice.all_cells = kind_ == SheetKind::group;
+        for (Index s = 0; s < sheets_.size(); ++s) {
+            if (state_[s] != State::waiting || !claim(s, quads[s])) continue;
+            state_[s] = State::chosen;
+            if (kind_ != SheetKind::collar)
+                choice.quads.insert(choice.quads.end(), quads[s].begin(), quads[s].end());
+            for (Index q : quads[s]) choice.cells.push_back(mesh_.surface[q].face.cell);
+        }
+        std::sort(choice.quads.begin(), choice.quads.end());
+        std::sort(choice.cells.begin(), choice.cells.end());
+        choice.cells.erase(std::unique(choice.cells.begin(), choice.cells.end()), choice.cells.end());
+        if (choice.all_cells) choice.cells.clear();
+        return choice;
+    }
+
+    /// Marks the vertices that a sheet may double; false if some are another's. Pillows keep their order: one
+    /// that has to wait keeps those after it away from its vertices too.
+    bool claim(Index sheet, std::span<const Index> quads) {
+        std::vector<Index> vertices;
+        for (Index q : quads) {
+            const CellFace face = mesh_.surface[q].face;
+            if (kind_ == SheetKind::group)
+                for (Index v : mesh_.vertices_of(face)) vertices.push_back(v);
+            else
+                vertices.insert(vertices.end(), mesh_.cells[face.cell].begin(), mesh_.cells[face.cell].end());
+        }
+        const bool free = std::all_of(vertices.begin(), vertices.end(),
+                                      [&](Index v) { return owner_[v] == kNoIndex || owner_[v] == sheet; });
+        if (free || kind_ == SheetKind::pillow)
+            for (Index v : vertices)
+                if (owner_[v] == kNoIndex) owner_[v] = sheet;
+        return free;
+    }
+
+    std::vector<Index> regions_at(Index vertex) const {
+        std::vector<Index> regions;
+        for (const SurfaceQuad& quad : mesh_.surface)
+            for (Index v : mesh_.vertices_of(quad.face))
+                if (v == vertex) regions.push_back(quad.region);
+        std::sort(regions.begin(), regions.end());
+        regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
+        return regions;
+    }
+
+    SheetMesh& mesh_;
+    const BoundaryModel& model_;
+    SheetKind kind_;
+    Context& context_;
+    std::vector<RegionSheet> sheets_;
+    std::vector<Index> sheet_of_region_;
+    std::vector<State> state_;
+    std::vector<Index> owner_; ///< per vertex: sheet that claimed it first
+    std::vector<FailedSheet> failed_;
+    std::size_t passes_ = 0;
+};
+
+class BufferRun {
+  public:
+    BufferRun(SheetMesh mesh, const Domain& domain, const BufferOptions& options, Context& context)
+        : mesh_(std::move(mesh)), domain_(domain), options_(options), context_(context),
+          regions_(find_regions(mesh_)), patches_(regions_.count) {
+        for (const SurfaceQuad& quad : mesh_.surface)
+            if (quad.patch != kNoIndex) patches_[quad.region].push_back(quad.patch);
+        for (std::vector<Index>& list : patches_) {
+            std::sort(list.begin(), list.end());
+            list.erase(std::unique(list.begin(), list.end()), list.end());
+        }
+    }
+
+    void run() {
+        report_.before = count_for_buffers(mesh_, domain_);
+        insert_groups();
+        context_.report(kStage, 0.4);
+        if (options_.method == BufferMethod::groups) insert_pillows();
+        context_.report(kStage, 0.7);
+        insert_collars();
+        report_.after = count_for_buffers(mesh_, domain_);
+        context_.report(kStage, 1);
+    }
+
+    SheetMesh& mesh() { return mesh_; }
+    BufferReport& report() { return report_; }
+
+  private:
+    std::vector<RegionSheet> sheets_of(const std::vector<Index>& number) const {
+        std::vector<RegionSheet> sheets;
+        for (Index region = 0; region < number.size(); ++region) {
+            if (number[region] == kNoIndex) continue;
+            if (number[region] >= sheets.size()) sheets.resize(number[region] + 1);
+            sheets[number[region]].regions.push_back(region);
+        }
+        return sheets;
+    }
+
+    /// Buffer 1. Groups that cannot be covered one by one are joined, and all is done again.
+    void insert_groups() {
+        RegionGroups groups = group_for_split(mesh_, regions_, domain_, options_.join_deg);
+        if (options_.method == BufferMethod::thesis)
+            for (Index region = 1; region < regions_.count; ++region) groups.join(0, region);
+        const SheetMesh start = mesh_;
+        while (!context_.is_cancelled()) {
+            SheetSeries series(mesh_, domain_.model, SheetKind::group, context_);
+            const std::vector<FailedSheet> failed =
+                series.insert(sheets_of(groups.numbers()), regions_.count);
+            bool joined = false;
+            for (const FailedSheet& sheet : failed)
+                for (Index region : sheet.regions_there)
+                    if (groups.join(sheet.sheet.regions[0], region)) joined = true, ++report_.joined_groups;
+            report_.passes += series.passes();
+            if (!joined) {
+                report_.groups = series.inserted();
+                return note_skipped(SheetKind::group, failed);
+            }
+            mesh_ = start;
+        }
+    }
+
+    void insert_series(SheetKind kind, std::vector<RegionSheet> sheets, std::size_t& count) {
+        SheetSeries series(mesh_, domain_.model, kind, context_);
+        const std::vector<FailedSheet> failed = series.insert(std::move(sheets), regions_.count);
+        report_.passes += series.passes();
+        count = series.inserted();
+        note_skipped(kind, failed);
+    }
+
+    /// Buffer 1b: regions beside sharp concave ridges, joined where they meet at another ridge; sets of
+    /// several regions first.
+    void insert_pillows() {
+        std::vector<std::uint8_t> beside(regions_.count, 0);
+        const auto is_sharp = [&](const SurfaceRegions::Border& border) {
+            return domain_.angle[border.curve].largest >= options_.pillow_deg;
+        };
+        for (const SurfaceRegions::Border& border : regions_.borders)
+            if (is_sharp(border)) beside[border.a] = beside[border.b] = 1;
+        RegionGroups groups(regions_.count);
+        for (const SurfaceRegions::Border& border : regions_.borders)
+            if (!is_sharp(border) && beside[border.a] && beside[border.b]) groups.join(border.a, border.b);
+        std::vector<Index> number(regions_.count, kNoIndex), of_group(regions_.count, kNoIndex);
+        Index next = 0;
+        for (Index region = 0; region < regions_.count; ++region) {
+            if (!beside[region]) continue;
+            Index& group = of_group[groups.find(region)];
+            if (group == kNoIndex) group = next++;
+            number[region] = group;
+        }
+        std::vector<RegionSheet> sheets = sheets_of(number);
+        std::stable_sort(sheets.begin(), sheets.end(), [](const RegionSheet& a, const RegionSheet& b) {
+            return a.regions.size() > b.regions.size();
+        });
+        insert_series(SheetKind::pillow, std::move(sheets), report_.pillows);
+    }
+
+    /// Buffer 2.
+    void insert_collars() {
+        if (!options_.collars) return;
+        std::vector<std::uint8_t> wanted(regions_.count, options_.method == BufferMethod::thesis ? 1 : 0);
+        const auto want = [&](const std::vector<Index>& quads) {
+            for (Index q : quads) wanted[mesh_.surface[q].region] = 1;
+        };
+        want(find_flat_quads(mesh_));
+        want(find_two_face_quads(mesh_));
+        want(find_sharp_corner_quads(mesh_, domain_, options_.corner_deg, options_.join_deg));
+        std::vector<RegionSheet> sheets;
+        for (Index region = 0; region < regions_.count; ++region)
+            if (wanted[region]) sheets.push_back({{region}});
+        insert_series(SheetKind::collar, std::move(sheets), report_.collars);
+    }
+
+    void note_skipped(SheetKind kind, const std::vector<FailedSheet>& failed) {
+        for (const FailedSheet& sheet : failed) {
+            SkippedSheet skipped{
+                kind, {}, sheet.problem.fault, sheet.problem.vertex, mesh_.positions[sheet.problem.vertex]};
+            for (Index region : sheet.sheet.regions)
+                skipped.patches.insert(skipped.patches.end(), patches_[region].begin(),
+                                       patches_[region].end());
+            std::sort(skipped.patches.begin(), skipped.patches.end());
+            skipped.patches.erase(std::unique(skipped.patches.begin(), skipped.patches.end()),
+                                  skipped.patches.end());
+            context_.log(LogLevel::warning,
+                         fmt::format("buffer: no {} sheet under {} patches: {} at vertex {}", name_of(kind),
+                                     skipped.patches.size(), name_of(skipped.fault), skipped.vertex));
+            report_.skipped.push_back(std::move(skipped));
+        }
+    }
+
+    SheetMesh mesh_;
+    const Domain& domain_;
+    const BufferOptions& options_;
+    Context& context_;
+    SurfaceRegions regions_;
+    std::vector<std::vector<Index>> patches_; ///< per region, rising
+    BufferReport report_;
+};
+
+} // namespace
+
+const char* name_of(SheetKind kind) {
+    switch (kind) {
+    case SheetKind::group:
+        return "group";
+    case SheetKind::pillow:
+        return "pillow";
+    case SheetKind::collar:
+        return "collar";
+    }
+    return "";
+}
+
+Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
+                                    Context& context) {
+    if (Status ok = check_options(options); !ok) return ok.error();
+    if (Status ok = check_entities(fitted, domain); !ok) return ok.error();
+    Result<SheetMesh> opened = open_sheet_mesh(fitted, context.parallel());
+    if (!opened) return opened.error();
+    BufferRun run(std::move(opened).value(), domain, options, context);
+    run.run();
+    if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
+    Result<FittedMesh> closed =
+        close_sheet_mesh(std::move(run.mesh()), fitted.mesh, domain.model, context.parallel());
+    if (!closed) return closed.error();
+    return BufferOutput{std::move(closed).value(), std::move(run.report())};
+}
+
+} // namespace hexopt

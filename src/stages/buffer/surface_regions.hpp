@@ -1,0 +1,41 @@
+#pragma once
+
+#include "domain/domain.hpp"
+#include "stages/buffer/sheet_mesh.hpp"
+
+namespace hexopt {
+
+/// Regions of the surface: quads joined over every edge that is no ridge, whatever their patches. Where all
+/// curves are captured these are the patches' connected parts.
+struct SurfaceRegions {
+    struct Border {
+        Index a, b; ///< a <= b; equal where a curve ends inside a region
+        Index curve;
+        auto operator<=>(const Border&) const = default;
+    };
+    Index count = 0;
+    std::vector<Border> borders; ///< sorted, once each
+};
+
+/// Numbers the regions by their first quad and writes them into mesh.surface.
+SurfaceRegions find_regions(SheetMesh& mesh);
+
+/// Sets of regions, as numbers 0..count-1 by their lowest region.
+class RegionGroups {
+  public:
+    explicit RegionGroups(Index region_count);
+    bool join(Index a, Index b); ///< false: they were one already
+    Index find(Index region) const;
+    /// Per region its group's number; the groups are numbered by their lowest region.
+    std::vector<Index> numbers() const;
+
+  private:
+    mutable std::vector<Index> parent_;
+};
+
+/// Groups of buffer 1: joined over ridges whose angle reaches `join_deg` anywhere, at vertices with more than
+/// three ridge edges, and at vertices where a group would touch itself. Source: fitting-notes 4.
+RegionGroups group_for_split(const SheetMesh& mesh, const SurfaceRegions& regions, const Domain& domain,
+                             double join_deg);
+
+} // namespace hexopt

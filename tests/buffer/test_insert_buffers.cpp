@@ -1,0 +1,198 @@
+#include "buffer/fitted_shapes.hpp"
+#include "mesh/mesh_oracles.hpp"
+
+using namespace hexopt;
+using namespace hexopt::test;
+
+namespace {
+
+BufferOutput insert(const FittedShape& shape, const BufferOptions& options = {}, int threads = 1) {
+    Context context(threads);
+    auto out = insert_buffers(shape.fitted, shape.domain, options, context);
+    if (!out) FAIL(out.error().one_line());
+    CHECK(check_sound(out->fitted) == check_sound(shape.fitted));
+    for (Index v = 0; v < out->fitted.mesh.vertex_count(); ++v) {
+        const Association bound = out->fitted.association[v];
+        if (bound.kind == EntityKind::hanging) continue;
+        CHECK(shape.domain.model.project(bound, out->fitted.mesh.positions[v]).distance < 1e-9);
+    }
+    CHECK(out->report.skipped.empty());
+    CHECK(out->report.after.flat_quads == 0);
+    CHECK(out->report.after.two_face_cells == 0);
+    CHECK(out->report.after.cells == out->fitted.mesh.cell_count());
+    return std::move(out).value();
+}
+
+/// Number of ridge edges of a class (0: below 135 degrees, 1: below 225, 2: more) with so many cells.
+std::size_t ridge_edges(const BufferOutput& out, std::size_t kind, std::size_t cells) {
+    return out.report.after.ridge_cells[kind].edges[cells];
+}
+
+std::size_t ridge_edges(const BufferOutput& out, std::size_t kind) {
+    const auto& edges = out.report.after.ridge_cells[kind].edges;
+    return std::accumulate(edges.begin(), edges.end(), std::size_t{0});
+}
+
+/// After the motion no cell is bad and the smallest scaled Jacobian reaches what the notes measured.
+void check_motion(BufferOutput& out, const FittedShape& shape, double min_sj) {
+    Context context(2);
+    const OptimizeStats stats = settle(out.fitted, shape.domain, context, min_sj + 0.01);
+    CHECK(stats.bad32_after == 0);
+    CHECK(stats.min_sj_after > min_sj);
+}
+
+} // namespace
+
+TEST_CASE("buffer: a cube gets one sheet a side, each leaving through its neighbours") {
+    for (std::uint32_t n : {1u, 2u, 5u}) {
+        const FittedShape cube = make_cube(n);
+        BufferOutput out = insert(cube);
+        const std::size_t m = n + 2;
+        CHECK(out.fitted.mesh.cell_count() == m * m * m);
+        CHECK(out.fitted.mesh.vertex_count() == (m + 1) * (m + 1) * (m + 1));
+        CHECK(out.fitted.mesh.boundary.size() == 6 * m * m);
+        CHECK(out.fitted.ridges.size() == 12 * m);
+        CHECK(ridge_edges(out, 0, 1) == 12 * m);
+        CHECK(out.report.groups == 6);
+        CHECK(out.report.passes == 3);
+        CHECK(out.report.pillows + out.report.collars == 0);
+        CHECK(volume_of_cells(out.fitted.mesh) == Approx(n * n * n));
+        check_motion(out, cube, 0.9);
+    }
+}
+
+TEST_CASE("buffer: the thesis's way pillows the whole surface, then every patch") {
+    const std::size_t n = 4;
+    const FittedShape cube = make_cube(n);
+    BufferOptions options;
+    options.method = BufferMethod::thesis;
+    options.collars = false;
+    const BufferOutput pillow = insert(cube, options);
+    CHECK(pillow.fitted.mesh.cell_count() == n * n * n + 6 * n * n);
+    CHECK(ridge_edges(pillow, 0, 2) == 12 * n);
+    options.collars = true;
+    const BufferOutput both = insert(cube, options);
+    CHECK(both.report.collars == 6);
+    CHECK(both.report.groups == 1);
+    CHECK(both.fitted.mesh.cell_count() > pillow.fitted.mesh.cell_count() + 6 * n * n);
+    CHECK(volume_of_cells(both.fitted.mesh) == Approx(n * n * n));
+}
+
+TEST_CASE("buffer: a concave ridge gets two cells from its group and four with pillows") {
+    const FittedShape prism = make_l_prism(3);
+    BufferOptions options;
+    options.pillow_deg = 361;
+    const BufferOutput group = insert(prism, options);
+    CHECK(group.report.groups == 7);
+    CHECK(ridge_edges(group, 2, 2) == ridge_edges(group, 2));
+    CHECK(ridge_edges(group, 0, 1) == ridge_edges(group, 0));
+    CHECK(ridge_edges(group, 2) == 6 + 2);
+    BufferOutput pillowed = insert(prism);
+    CHECK(pillowed.report.pillows == 2);
+    CHECK(ridge_edges(pillowed, 2, 4) == ridge_edges(pillowed, 2));
+    CHECK(volume_of_cells(pillowed.fitted.mesh) == Approx(6 * 6 * 6 * 0.75));
+    check_motion(pillowed, prism, 0.27);
+}
+
+TEST_CASE("buffer: walls round a foot join into one pillow, the floor is another") {
+    const FittedShape slab = make_box_on_slab(3);
+    BufferOutput out = insert(slab);
+    CHECK(out.report.pillows == 2);
+    CHECK(ridge_edges(out, 2, 4) == ridge_edges(out, 2));
+    CHECK(ridge_edges(out, 2) == 4 * 3);
+    CHECK(volume_of_cells(out.fitted.mesh) == Approx(9 * 9 * 3 + 27));
+    check_motion(out, slab, 0.22);
+}
+
+TEST_CASE("buffer: outside of a cube, and three concave ridges that meet") {
+    const FittedShape hollow = make_hollow_cube(3);
+    BufferOutput out = insert(hollow);
+    CHECK(ridge_edges(out, 2, 4) == 12 * 3);
+    CHECK(ridge_edges(out, 0, 1) == ridge_edges(out, 0));
+    check_motion(out, hollow, 0.18);
+    const FittedShape notched = make_notched_cube(3);
+    BufferOutput corner = insert(notched);
+    CHECK(ridge_edges(corner, 2, 4) == ridge_edges(corner, 2));
+    check_motion(corner, notched, 0.26);
+}
+
+TEST_CASE("buffer: flat quads on a cylinder's rims go, with levels across the wall too") {
+    const auto levels = GENERATE(0, 1, 2);
+    const auto refine = [levels](Point p) { return levels == 1 ? p.x + p.y > 9 : p.z > 3.2; };
+    const FittedShape cylinder = make_cylinder(6, levels > 0 ? 1 : 0, refine);
+    Context context(1);
+    BufferOutput out = insert(cylinder);
+    CHECK(out.report.before.flat_quads > 0);
+    CHECK(out.report.before.two_face_cells > 0);
+    CHECK(out.report.groups == 3);
+    CHECK(out.report.collars == 0);
+    check_motion(out, cylinder, 0.5);
+}
+
+TEST_CASE("buffer: neighbours of other patches without a ridge stay one group") {
+    FittedShape cube = make_cube(4);
+    const Index lost = cube.fitted.ridges[0].curve;
+    const Index patch = cube.domain.curve_patch[lost][0];
+    std::erase_if(cube.fitted.ridges, [&](const auto& ridge) { return ridge.curve == lost; });
+    for (Association& a : cube.fitted.association)
+        if (a == Association{EntityKind::curve, lost}) a = {EntityKind::patch, patch};
+    Context context(1);
+    auto out = insert_buffers(cube.fitted, cube.domain, {}, context);
+    REQUIRE(out);
+    CHECK(check_sound(out->fitted) == 2);
+    CHECK(out->report.groups == 5);
+    for (const FittedMesh::RidgeEdge& ridge : out->fitted.ridges) CHECK(ridge.curve != lost);
+}
+
+TEST_CASE("buffer: the same mesh for any number of threads") {
+    const FittedShape slab = make_box_on_slab(3);
+    const BufferOutput first = insert(slab, {}, 1);
+    for (int threads : {2, 3}) {
+        const BufferOutput other = insert(slab, {}, threads);
+        CHECK(other.fitted.mesh.positions == first.fitted.mesh.positions);
+        CHECK(other.fitted.mesh.cells == first.fitted.mesh.cells);
+        CHECK(other.fitted.association == first.fitted.association);
+        CHECK(other.fitted.ridges == first.fitted.ridges);
+    }
+}
+
+TEST_CASE("buffer: what does not fit is refused") {
+    const FittedShape cube = make_cube(2);
+    Context context(1);
+    const auto code = [&](const FittedMesh& fitted, const BufferOptions& options = {}) {
+        auto out = insert_buffers(fitted, cube.domain, options, context);
+        return out ? ErrorCode::ok : out.error().code;
+    };
+    SECTION("associations") {
+        FittedMesh fitted = cube.fitted;
+        fitted.association.pop_back();
+        CHECK(code(fitted) == ErrorCode::bad_input);
+        fitted = cube.fitted;
+        fitted.association[0] = {EntityKind::curve, 99};
+        CHECK(code(fitted) == ErrorCode::bad_input);
+    }
+    SECTION("ridges") {
+        FittedMesh fitted = cube.fitted;
+        fitted.ridges[0].curve = 99;
+        CHECK(code(fitted) == ErrorCode::bad_input);
+        fitted = cube.fitted;
+        std::swap(fitted.ridges.front(), fitted.ridges.back());
+        CHECK(code(fitted) == ErrorCode::bad_input);
+    }
+    SECTION("patches") {
+        FittedMesh fitted = cube.fitted;
+        fitted.mesh.boundary[3].patch = 17;
+        CHECK(code(fitted) == ErrorCode::bad_input);
+    }
+    SECTION("options") {
+        BufferOptions options;
+        options.join_deg = -1;
+        CHECK(code(cube.fitted, options) == ErrorCode::usage);
+        options.join_deg = std::numeric_limits<double>::quiet_NaN();
+        CHECK(code(cube.fitted, options) == ErrorCode::usage);
+    }
+    SECTION("a cancelled run") {
+        context.cancel();
+        CHECK(code(cube.fitted) == ErrorCode::cancelled);
+    }
+}
