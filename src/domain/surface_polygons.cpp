@@ -15,36 +15,6 @@ Error bad_surface(std::string where, std::string reason) {
     return make_error(ErrorCode::bad_input, "surface", std::move(where), std::move(reason));
 }
 
-Status check_soup(const TriangleSoup& soup) {
-    if (!soup.patch.empty() && soup.patch.size() != soup.triangles.size())
-        return bad_surface(
-            "", fmt::format("{} patch numbers for {} triangles", soup.patch.size(), soup.triangles.size()));
-    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
-        for (Index v : soup.triangles[t]) {
-            if (v >= soup.vertices.size())
-                return bad_surface(fmt::format("triangle {}", t),
-                                   fmt::format("vertex {} of {} does not exist", v, soup.vertices.size()));
-            const Point& x = soup.vertices[v];
-            if (!std::isfinite(x.x) || !std::isfinite(x.y) || !std::isfinite(x.z))
-                return bad_surface(fmt::format("vertex {}", v), "a coordinate is not finite");
-        }
-    return Done{};
-}
-
-/// For every vertex the first one at exactly the same place.
-std::vector<Index> find_first_equal(const std::vector<Point>& x) {
-    std::vector<Index> order(x.size()), first(x.size());
-    std::iota(order.begin(), order.end(), Index{0});
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-        for (int k = 0; k < 3; ++k)
-            if (x[a][k] != x[b][k]) return x[a][k] < x[b][k];
-        return a < b;
-    });
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first[order[i]] = i > 0 && x[order[i]] == x[order[i - 1]] ? first[order[i - 1]] : order[i];
-    return first;
-}
-
 /// Unit normal, zero where rounding leaves none.
 Point normal_of(const Point& a, const Point& b, const Point& c) {
     const Point n = glm::cross(b - a, c - a);
@@ -147,6 +117,35 @@ std::vector<std::uint8_t> find_repeated(const std::vector<std::array<Index, 3>>&
 }
 
 } // namespace
+
+Status check_soup(const TriangleSoup& soup) {
+    if (!soup.patch.empty() && soup.patch.size() != soup.triangles.size())
+        return bad_surface(
+            "", fmt::format("{} patch numbers for {} triangles", soup.patch.size(), soup.triangles.size()));
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+        for (Index v : soup.triangles[t]) {
+            if (v >= soup.vertices.size())
+                return bad_surface(fmt::format("triangle {}", t),
+                                   fmt::format("vertex {} of {} does not exist", v, soup.vertices.size()));
+            const Point& x = soup.vertices[v];
+            if (!std::isfinite(x.x) || !std::isfinite(x.y) || !std::isfinite(x.z))
+                return bad_surface(fmt::format("vertex {}", v), "a coordinate is not finite");
+        }
+    return Done{};
+}
+
+std::vector<Index> find_first_equal(const std::vector<Point>& x) {
+    std::vector<Index> order(x.size()), first(x.size());
+    std::iota(order.begin(), order.end(), Index{0});
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+        for (int k = 0; k < 3; ++k)
+            if (x[a][k] != x[b][k]) return x[a][k] < x[b][k];
+        return a < b;
+    });
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && x[order[i]] == x[order[i - 1]] ? first[order[i - 1]] : order[i];
+    return first;
+}
 
 Result<CleanSurface> clean_surface(const TriangleSoup& soup) {
     if (Status ok = check_soup(soup); !ok) return ok.error();

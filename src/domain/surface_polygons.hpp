@@ -17,6 +17,12 @@ struct CleanSurface {
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
 };
 
+/// Error (bad_input): an id out of range, a coordinate that is not finite, a wrong number of patches.
+Status check_soup(const TriangleSoup& soup);
+
+/// For every vertex the first one at exactly the same place.
+std::vector<Index> find_first_equal(const std::vector<Point>& positions);
+
 /// Checks and cleans a soup. Triangles with two equal vertices and those given twice are dropped. One whose
 /// vertices lie on a line is kept, for its neighbours hang together through it, and takes a neighbour's
 /// normal. Errors (bad_input): an id out of range, a coordinate that is not finite, a wrong number of

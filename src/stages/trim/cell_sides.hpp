@@ -1,0 +1,30 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "domain/surface_queries.hpp"
+#include "stages/trim/cell_graph.hpp"
+
+namespace hexopt::trimming {
+
+/// Where the cells of a mesh are with respect to a surface.
+struct CellSides {
+    std::vector<std::uint8_t> cut;    ///< per cell: 1 where the surface touches it
+    std::vector<std::uint8_t> inside; ///< per cell: 1 where its centre is inside
+    /// Per cell: depth of its centre over the cell's size, positive inside. +-1 for cells that are not cut,
+    /// and for those where both sides of the nearest surface are inside.
+    std::vector<float> depth_h;
+    std::vector<Index> region; ///< per cell: face-connected set of cells not cut; kNoIndex where cut
+    Index region_count = 0;
+    std::vector<std::uint8_t> region_outer; ///< per region: 1 where it reaches the mesh's own boundary
+    std::size_t uncertain_cells = 0;
+};
+
+Point cell_centre(const HexMesh& mesh, Index cell);
+/// Mean edge length in the cell's shortest direction, model units.
+double cell_size(const HexMesh& mesh, Index cell);
+
+/// open_surface: whether regions may leak, so that all their cells beside the surface are asked.
+CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
+                     bool open_surface, Context& context);
+
+} // namespace hexopt::trimming

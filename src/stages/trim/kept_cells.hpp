@@ -1,0 +1,62 @@
+#pragma once
+
+#include "stages/trim/cell_sides.hpp"
+#include "stages/trim/trim.hpp"
+
+namespace hexopt::trimming {
+
+/// The set of kept cells while it is being mended.
+class KeptCells {
+  public:
+    KeptCells(const HexMesh& mesh, const CellGraph& graph, const CellSides& sides,
+              const SurfaceQueries& queries, Context& context, TrimReport& report)
+        : mesh_(mesh), graph_(graph), sides_(sides), queries_(queries), context_(context), report_(report) {}
+
+    void choose(const TrimOptions& options);
+    /// Removes the shallower of two kept neighbours on either side of a gap.
+    void open_gaps();
+    /// Drops tips, fills pits and removes cells where the surface touches itself, until nothing is left to
+    /// mend.
+    void mend();
+    /// Keeps the parts of the seeds' cells, or the large parts without seeds.
+    void keep_parts(std::span<const Index> seed_cells, double part_fraction);
+
+    bool is_kept(Index cell) const { return kept_[cell]; }
+    std::span<const std::uint8_t> kept() const { return kept_; }
+    void remove(Index cell) {
+        kept_[cell] = 0;
+        removed_[cell] = 1;
+    }
+    void fill(Index cell) { kept_[cell] = 1; }
+    /// False for cells that were removed for a reason.
+    bool may_fill(Index cell) const { return !removed_[cell]; }
+    /// True where kept and other cells (or the outside of the mesh) meet in a vertex.
+    bool on_surface(Index vertex, std::vector<Index>& star) const;
+
+  private:
+    struct Pair {
+        Index a, b;
+    };
+    void gather_gaps(Index cell, std::vector<Pair>& pairs) const;
+    /// Cell to remove so that the surface no longer touches itself in a vertex, or kNoIndex where it does
+    /// not.
+    Index find_culprit(Index vertex, std::vector<Index>& star) const;
+    std::size_t mend_vertices();
+    std::size_t mend_tips(bool fill_pits);
+    bool shallower(Index a, Index b) const {
+        return sides_.depth_h[a] != sides_.depth_h[b] ? sides_.depth_h[a] < sides_.depth_h[b] : a < b;
+    }
+    int count_faces(Index cell, bool towards_kept) const;
+
+    const HexMesh& mesh_;
+    const CellGraph& graph_;
+    const CellSides& sides_;
+    const SurfaceQueries& queries_;
+    Context& context_;
+    TrimReport& report_;
+    std::vector<std::uint8_t> kept_;
+    std::vector<std::uint8_t> removed_; ///< per cell: 1 once it has been removed, never to come back
+    std::vector<std::uint8_t> tip_age_; ///< per cell: how many tips in a row ended here
+};
+
+} // namespace hexopt::trimming

@@ -1,0 +1,70 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/domain.hpp"
+#include "mesh/hex_mesh.hpp"
+
+#include <vector>
+
+namespace hexopt {
+
+enum class TrimRule : std::uint8_t {
+    centre, ///< keep a cell whose centre is inside by `depth_h`
+    strict, ///< keep a cell that the surface neither cuts nor excludes (thesis 3.4)
+};
+
+/// What happens where a large face or edge would be half on the surface and half inside.
+enum class PartialFaces : std::uint8_t {
+    refine, ///< named in TrimOutput::refine_cells
+    remove, ///< the smaller cells there are removed, so that the mesh can be used as it is
+};
+
+struct TrimOptions {
+    TrimRule rule = TrimRule::centre;
+    double depth_h = 0.1; ///< how far inside, in cell sizes (shortest direction of the cell); 0..0.5
+    /// Points in what is to be meshed, model units; each keeps the part that it is in. Empty: all parts of at
+    /// least part_fraction of the largest one's volume. A seed in a region that the surface encloses from
+    /// its other side (body turned inside out) selects that side.
+    std::vector<Point> seeds;
+    double part_fraction = 0.01; ///< 0..1; 1 keeps the largest part alone
+    PartialFaces partial = PartialFaces::refine;
+};
+
+/// Counts of cells unless said otherwise.
+struct TrimReport {
+    std::size_t octree_cells = 0, kept_cells = 0;
+    std::size_t cut_cells = 0;        ///< touched by the surface
+    std::size_t uncertain_cells = 0;  ///< away from the surface but asked one by one: its holes let through
+    std::size_t gap_removed = 0;      ///< beside a neighbour on the other side of a gap
+    std::size_t manifold_removed = 0; ///< where the surface touched itself
+    std::size_t tips_removed = 0;     ///< with five faces on the surface
+    std::size_t pits_filled = 0;      ///< with five faces towards kept cells
+    std::size_t partial_filled = 0;   ///< hardly outside, behind half faces and round half edges
+    std::size_t partial_removed = 0;  ///< PartialFaces::remove
+    std::size_t parts = 0, parts_dropped = 0, part_cells_dropped = 0;
+    std::size_t half_faces = 0; ///< faces, in the mesh as it is left
+    std::size_t half_edges = 0; ///< edges, in the mesh as it is left
+    /// Of the surface left, hanging vertices inserted; all 0 where it is a closed manifold, which it is
+    /// where nothing is to be refined.
+    std::size_t open_edges = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0;
+    bool closed_manifold() const { return open_edges + nonmanifold_edges + nonmanifold_vertices == 0; }
+};
+
+struct TrimOutput {
+    HexMesh kept;                    ///< cells and vertices in the octree's order; no boundary patches
+    std::vector<Index> kept_cell;    ///< per kept cell: its number in the octree
+    std::vector<Index> refine_cells; ///< cells of the octree that must be refined first; rising
+    TrimReport report;
+};
+
+/// Removes the cells of an octree leaf mesh (any hexahedral mesh with 2:1 hanging nodes that encloses the
+/// domain) that are outside, such that the surface left is a closed manifold and no two cells on either side
+/// of a gap share a face. Thesis 3.4; rules: docs/trim.md. The domain's triangles must point outwards
+/// (orient_surface). Errors: usage (an option out of range); bad_input where nothing is left, a seed is not
+/// in the mesh or not in a kept cell, or the inside leaks to the outer boundary of the mesh, in which case
+/// *leak_path gets the octree cells of a shortest path; cancelled.
+Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
+                        Context& context, std::vector<Index>* leak_path = nullptr);
+
+} // namespace hexopt

@@ -1,0 +1,167 @@
+// Trimming of octrees round simple shapes: what is kept, the surface that is left, determinism.
+#include "domain/orient_surface.hpp"
+#include "domain/surface_queries.hpp"
+#include "mesh/hanging.hpp"
+#include "mesh/validate_structure.hpp"
+#include "stages/trim/trim.hpp"
+#include "support/shapes.hpp"
+#include "trim/surface_octree.hpp"
+
+#include <catch2/catch.hpp>
+#include <map>
+
+using namespace hexopt;
+
+namespace {
+
+Domain domain_of(const TriangleSoup& soup) {
+    Context context(1);
+    Result<OrientedSurface> oriented = orient_surface(soup, context);
+    if (!oriented) FAIL(oriented.error().one_line());
+    Result<Domain> domain = build_domain(oriented->soup, {}, context);
+    if (!domain) FAIL(domain.error().one_line());
+    return std::move(domain).value();
+}
+
+struct Trimmed {
+    HexMesh octree;
+    TrimOutput out;
+    int rounds = 0;
+};
+
+/// Refines and trims until nothing is to be refined. Levels: all but the last near the surface, the last near
+/// the surface where x + y > 0 only, so that fronts between levels cross the surface.
+Trimmed refine_and_trim(const Domain& domain, std::uint32_t roots, int levels, const TrimOptions& options,
+                        int threads = 1) {
+    SurfaceOctree octree = octree_round(surface_box(domain.model), roots);
+    const auto near = [&](const Point& p, double edge, int level) {
+        return domain.model.distance(p) < 1.4 * edge && (level + 1 < levels || p.x + p.y > 0);
+    };
+    Context context(threads);
+    Trimmed result;
+    for (int deepest = levels; result.rounds < 15; ++result.rounds) {
+        result.octree = octree.make(deepest, near);
+        Result<TrimOutput> out = trim(result.octree, domain, options, context);
+        if (!out) FAIL(out.error().one_line());
+        result.out = std::move(out).value();
+        if (result.out.refine_cells.empty()) break;
+        octree.ask(result.octree, result.out.refine_cells);
+        for (Index c : result.out.refine_cells) deepest = std::max(deepest, result.octree.level[c] + 1);
+    }
+    return result;
+}
+
+Point centre_of(const HexMesh& mesh, Index cell) {
+    Point sum(0);
+    for (Index v : mesh.cells[cell]) sum += mesh.positions[v];
+    return sum / 8.0;
+}
+
+void check_sound(const Trimmed& trimmed) {
+    const TrimOutput& out = trimmed.out;
+    CHECK(out.refine_cells.empty());
+    CHECK(out.report.closed_manifold());
+    CHECK(validate_structure(out.kept, Parallel(1)).empty());
+    CHECK(max_hanging_deviation(out.kept.hanging, out.kept.positions) < 1e-12);
+    CHECK(out.kept_cell.size() == out.kept.cell_count());
+    for (Index c = 0; c < out.kept_cell.size(); ++c)
+        REQUIRE(glm::length(centre_of(out.kept, c) - centre_of(trimmed.octree, out.kept_cell[c])) == 0);
+    std::vector<std::uint8_t> used(out.kept.vertex_count(), 0);
+    for (const Cell& cell : out.kept.cells)
+        for (Index v : cell) used[v] = 1;
+    CHECK(std::count(used.begin(), used.end(), 0) == 0);
+}
+
+struct Shape {
+    const char* name;
+    TriangleSoup soup;
+    int euler; ///< of the surface: 2 - 2 genus
+};
+
+/// V - E + F of the boundary with hanging vertices inserted, counted from vertex positions on quad edges.
+int euler_of(const HexMesh& mesh) {
+    const Topology topology = compute_topology(mesh);
+    std::map<std::array<Index, 2>, int> edges;
+    std::set<Index> vertices;
+    for (CellFace face : topology.boundary_faces) {
+        const Quad q = face_vertices(mesh, face);
+        vertices.insert(q.begin(), q.end());
+        for (int k = 0; k < 4; ++k) ++edges[{std::min(q[k], q[(k + 1) % 4]), std::max(q[k], q[(k + 1) % 4])}];
+    }
+    // An edge used once is a coarse one, which two fine ones replace, or one of those.
+    std::map<std::array<double, 3>, Index> middles;
+    for (const auto& [edge, uses] : edges) {
+        if (uses == 2) continue;
+        const Point p = 0.5 * (mesh.positions[edge[0]] + mesh.positions[edge[1]]);
+        middles[{std::round(p.x * 1e9), std::round(p.y * 1e9), std::round(p.z * 1e9)}] = 1;
+    }
+    int coarse = 0;
+    for (Index v : vertices) {
+        const Point& p = mesh.positions[v];
+        coarse += static_cast<int>(
+            middles.count({std::round(p.x * 1e9), std::round(p.y * 1e9), std::round(p.z * 1e9)}));
+    }
+    return static_cast<int>(vertices.size()) - (static_cast<int>(edges.size()) - coarse) +
+           static_cast<int>(topology.boundary_faces.size());
+}
+
+std::vector<Shape> make_shapes(const glm::dmat3& turn) {
+    std::vector<Shape> shapes = {{"sphere", make_sphere_surface(Point(0), 1), 2},
+                                 {"box", make_box_surface(Point(-1, -0.7, -0.4), Point(1, 0.7, 0.4)), 2},
+                                 {"torus", make_torus_surface(1, 0.45), 0}};
+    for (Shape& shape : shapes)
+        for (Point& p : shape.soup.vertices) p = turn * p;
+    return shapes;
+}
+
+} // namespace
+
+TEST_CASE("trimmed shapes in any direction have a closed manifold surface of the right genus") {
+    Random random(3);
+    for (int round = 0; round < 3; ++round)
+        for (const Shape& shape : make_shapes(random_rotation(random)))
+            for (TrimRule rule : {TrimRule::centre, TrimRule::strict})
+                for (int levels : {0, 2}) {
+                    INFO(shape.name << " " << levels << " levels, rule " << int(rule));
+                    const Domain domain = domain_of(shape.soup);
+                    TrimOptions options;
+                    options.rule = rule;
+                    // The strict rule takes a layer more, which thin parts of large cells would not survive.
+                    const std::uint32_t roots = levels == 0 ? 24 : rule == TrimRule::strict ? 15 : 11;
+                    const Trimmed trimmed = refine_and_trim(domain, roots, levels, options);
+                    check_sound(trimmed);
+                    CHECK(trimmed.out.report.parts == 1);
+                    CHECK(euler_of(trimmed.out.kept) == shape.euler);
+                    if (levels > 0) CHECK_FALSE(trimmed.out.kept.hanging.empty());
+                }
+}
+
+TEST_CASE("cells are kept by the depth of their centres, or whole") {
+    const Domain domain = domain_of(make_sphere_surface(Point(0), 1, 48));
+    TrimOptions options;
+    const Trimmed centre = refine_and_trim(domain, 20, 0, options);
+    const double h = 0.1; // two over twenty
+    std::vector<std::uint8_t> kept(centre.octree.cell_count(), 0);
+    for (Index c : centre.out.kept_cell) kept[c] = 1;
+    std::size_t wrong = 0;
+    for (Index c = 0; c < kept.size(); ++c) {
+        const double depth = 1 - glm::length(centre_of(centre.octree, c));
+        if (std::abs(depth - 0.1 * h) > 0.002) wrong += kept[c] != (depth > 0.1 * h);
+    }
+    // A few cells are mended away.
+    CHECK(wrong <= centre.out.report.manifold_removed + centre.out.report.tips_removed +
+                       centre.out.report.pits_filled);
+    options.rule = TrimRule::strict;
+    const Trimmed strict = refine_and_trim(domain, 20, 0, options);
+    CHECK(strict.out.kept_cell.size() < centre.out.kept_cell.size());
+    for (Index c : strict.out.kept_cell)
+        for (Index v : strict.octree.cells[c]) REQUIRE(glm::length(strict.octree.positions[v]) < 1);
+}
+
+TEST_CASE("the same cells are kept for any number of threads") {
+    const Domain domain = domain_of(make_torus_surface(1, 0.45));
+    const Trimmed one = refine_and_trim(domain, 11, 2, {}, 1), three = refine_and_trim(domain, 11, 2, {}, 3);
+    CHECK(one.out.kept_cell == three.out.kept_cell);
+    CHECK(one.out.kept.cells == three.out.kept.cells);
+    CHECK(one.out.kept.hanging.master == three.out.kept.hanging.master);
+}
