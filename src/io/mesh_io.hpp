@@ -55,10 +55,11 @@ Result<HexMesh> read_mesh(const std::filesystem::path& path, Context& context,
                           const ReadOptions& options = {});
 
 enum class MeshFormat : std::uint8_t {
-    from_name, ///< by the extension: .vtu, .vtk or .mesh
+    from_name, ///< by the extension: .vtu, .vtk, .mesh, .foam, or a folder named polyMesh
     vtu,       ///< appended raw data, zlib, 64-bit headers
     vtk,       ///< legacy VTK, layout of versions before 5, which every program reads
     medit,     ///< text; holds references and patches, but no arrays and no hanging constraints
+    openfoam,  ///< a folder, as write_openfoam() describes; holds no arrays
 };
 
 enum class Encoding : std::uint8_t {
@@ -74,6 +75,9 @@ struct WriteOptions {
     MeshFormat format = MeshFormat::from_name;
     Encoding encoding = Encoding::automatic;
     int compression_level = 3; ///< of zlib, 1 (fast) to 9 (small); VTU only
+    /// VTU only: cells beside hanging vertices as polyhedra, which makes the mesh conforming for programs
+    /// that know nothing of hanging vertices. Such a file is not read again as a mesh of hexahedra.
+    bool polyhedra = false;
 };
 
 /// Writes a mesh with its levels, hanging constraints and patches, and arrays on vertices and cells. Of two

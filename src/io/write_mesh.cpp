@@ -1,5 +1,6 @@
 #include "io/scalar.hpp"
 #include "io/scanner.hpp"
+#include "io/write_openfoam.hpp"
 #include "io/writers.hpp"
 
 #include <cctype>
@@ -107,17 +108,13 @@ void select_fields(std::span<const FieldData> fields, MeshToWrite& content) {
     }
 }
 
-void warn_about_losses(const std::filesystem::path& path, const MeshToWrite& content,
-                       const Context& context) {
-    if (!content.mesh.hanging.empty())
-        context.log(LogLevel::warning,
-                    path.string() +
-                        ": MEDIT holds no hanging constraints; they are recognised again by position");
+void note_losses(const std::filesystem::path& path, const char* format, const MeshToWrite& content,
+                 const Context& context) {
     for (const auto* fields : {&content.point, &content.cell})
         for (const FieldData* field : *fields)
             if (field->name != "medit:ref")
-                context.log(LogLevel::info, fmt::format("{}: MEDIT holds no arrays; {} is left out",
-                                                        path.string(), shown(field->name)));
+                context.log(LogLevel::info, fmt::format("{}: {} holds no arrays; {} is left out",
+                                                        path.string(), format, shown(field->name)));
 }
 
 Status write_checked(const std::filesystem::path& path, const MeshToWrite& content, MeshFormat format,
@@ -130,7 +127,11 @@ Status write_checked(const std::filesystem::path& path, const MeshToWrite& conte
     } else if (format == MeshFormat::vtk) {
         status = write_legacy_vtk(*file, content, options.encoding != Encoding::text);
     } else {
-        warn_about_losses(path, content, context);
+        if (!content.mesh.hanging.empty())
+            context.log(LogLevel::warning,
+                        path.string() +
+                            ": MEDIT holds no hanging constraints; they are recognised again by position");
+        note_losses(path, "MEDIT", content, context);
         status = write_medit(*file, content);
     }
     return status ? file->commit() : status;
@@ -170,8 +171,9 @@ Result<MeshFormat> format_of_name(const std::filesystem::path& path) {
     if (extension == ".vtu") return MeshFormat::vtu;
     if (extension == ".vtk") return MeshFormat::vtk;
     if (extension == ".mesh") return MeshFormat::medit;
+    if (!openfoam_folder(path).empty()) return MeshFormat::openfoam;
     return write_error(path, fmt::format("no format is known for '{}'", shown(extension)),
-                       "name the file .vtu, .vtk or .mesh", ErrorCode::usage);
+                       "name the file .vtu, .vtk, .mesh or .foam, or a folder polyMesh", ErrorCode::usage);
 }
 
 Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::span<const FieldData> fields,
@@ -185,6 +187,9 @@ Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::s
     if (*format == MeshFormat::medit && options.encoding == Encoding::binary)
         return write_error(path, "MEDIT is not written in binary", "write .vtu or .vtk instead",
                            ErrorCode::usage);
+    if (*format != MeshFormat::vtu && options.polyhedra)
+        return write_error(path, "only VTU is written with polyhedra", "write .vtu instead",
+                           ErrorCode::usage);
     if (options.compression_level < 1 || options.compression_level > 9)
         return write_error(path, fmt::format("compression level {}", options.compression_level),
                            "give 1 to 9", ErrorCode::usage);
@@ -195,6 +200,10 @@ Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::s
         MeshToWrite content{
             mesh, {}, {}, constraint_fields(mesh), field_of("level", mesh.level, 1, FieldType::uint8)};
         select_fields(fields, content);
+        if (*format == MeshFormat::openfoam) {
+            note_losses(path, "OpenFOAM's polyMesh", content, context);
+            return write_openfoam(path, mesh, options.encoding, context);
+        }
         return write_checked(path, content, *format, options, context);
     } catch (const std::bad_alloc&) {
         return make_error(ErrorCode::out_of_memory, "write", path.string(), "no memory to write this mesh");

@@ -1,3 +1,4 @@
+#include "io/vtu_polyhedra.hpp"
 #include "io/writers.hpp"
 
 #include <algorithm>
@@ -72,6 +73,8 @@ class VtuWriter {
     void add_bytes(const std::string& attributes, const std::string& bytes);
     void add_points(const HexMesh& mesh);
     void add_cells(const HexMesh& mesh);
+    void add_polyhedra(const HexMesh& mesh);
+    void add_integers(const char* name, const std::vector<std::int64_t>& values);
     void add_field_data(const MeshToWrite& content);
 
     const WriteOptions& options_;
@@ -124,6 +127,27 @@ void VtuWriter::add_cells(const HexMesh& mesh) {
     add_bytes("type=\"UInt8\" Name=\"types\"", std::string(mesh.cell_count(), kHexahedron));
 }
 
+void VtuWriter::add_integers(const char* name, const std::vector<std::int64_t>& values) {
+    std::string bytes;
+    bytes.reserve(values.size() * 8);
+    for (std::int64_t value : values) append_number(bytes, value, kOrder);
+    add_bytes(fmt::format("type=\"Int64\" Name=\"{}\"", name), bytes);
+}
+
+void VtuWriter::add_polyhedra(const HexMesh& mesh) {
+    const Result<PolyhedralCells> cells = make_polyhedral_cells(mesh, context_);
+    if (!cells) {
+        if (status_) status_ = cells.error();
+        return;
+    }
+    add_integers("connectivity", cells->connectivity);
+    add_integers("offsets", cells->offsets);
+    add_bytes("type=\"UInt8\" Name=\"types\"", cells->types);
+    if (cells->faces.empty()) return;
+    add_integers("faces", cells->faces);
+    add_integers("faceoffsets", cells->face_offsets);
+}
+
 void VtuWriter::add_field_data(const MeshToWrite& content) {
     if (content.field.empty()) return;
     xml_ += "<FieldData>\n";
@@ -154,7 +178,7 @@ Status VtuWriter::write(AtomicFile& file, const MeshToWrite& content) {
     xml_ += "</CellData>\n<Points>\n";
     add_points(mesh);
     xml_ += "</Points>\n<Cells>\n";
-    add_cells(mesh);
+    options_.polyhedra ? add_polyhedra(mesh) : add_cells(mesh);
     xml_ += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
     if (!status_) return status_;
     if (Status status = file.write(xml_); !status) return status;

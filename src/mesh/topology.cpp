@@ -1,11 +1,11 @@
 #include "mesh/topology.hpp"
 
+#include "mesh/constraint_midpoints.hpp"
 #include "mesh/face_groups.hpp"
 #include "mesh/face_split.hpp"
 #include "mesh/hanging.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hexopt {
 
@@ -19,69 +19,6 @@ void append_used_once(const std::vector<KeyedFace>& faces, std::vector<CellFace>
         i = end;
     }
 }
-
-/// Finds the vertices in the middle of an edge by comparing what they depend on, not where they are.
-class ConstraintMidpoints {
-  public:
-    explicit ConstraintMidpoints(const HexMesh& mesh)
-        : hanging_(mesh.hanging), row_of_(compute_hanging_row(mesh.hanging, mesh.vertex_count())),
-          order_(mesh.hanging.count()) {
-        for (Index row = 0; row < order_.size(); ++row) order_[row] = row;
-        std::sort(order_.begin(), order_.end(), [&](Index a, Index b) {
-            const auto x = masters(a), y = masters(b);
-            return std::lexicographical_compare(x.begin(), x.end(), y.begin(), y.end());
-        });
-    }
-
-    void find(Index from, Index to, std::vector<Index>& found) const {
-        std::vector<Index> ids;
-        std::vector<double> weights;
-        merge_halves(from, to, ids, weights);
-        const auto less = [&](Index row, const std::vector<Index>& key) {
-            const auto x = masters(row);
-            return std::lexicographical_compare(x.begin(), x.end(), key.begin(), key.end());
-        };
-        for (auto it = std::lower_bound(order_.begin(), order_.end(), ids, less); it != order_.end(); ++it) {
-            const auto x = masters(*it);
-            if (!std::equal(x.begin(), x.end(), ids.begin(), ids.end())) break;
-            const double* w = hanging_.weight.data() + hanging_.offset[*it];
-            if (std::equal(weights.begin(), weights.end(), w, is_close))
-                found.push_back(hanging_.vertex[*it]);
-        }
-    }
-
-  private:
-    static bool is_close(double a, double b) { return std::abs(a - b) < 1e-6; }
-
-    std::span<const Index> masters(Index row) const {
-        return {hanging_.master.data() + hanging_.offset[row],
-                hanging_.offset[row + 1] - hanging_.offset[row]};
-    }
-
-    void append_half(Index v, std::vector<std::pair<Index, double>>& terms) const {
-        const Index row = row_of_[v];
-        if (row == kNoIndex) return terms.emplace_back(v, 0.5), void();
-        for (std::size_t k = hanging_.offset[row]; k < hanging_.offset[row + 1]; ++k)
-            terms.emplace_back(hanging_.master[k], hanging_.weight[k] / 2);
-    }
-
-    void merge_halves(Index from, Index to, std::vector<Index>& ids, std::vector<double>& weights) const {
-        std::vector<std::pair<Index, double>> terms;
-        append_half(from, terms);
-        append_half(to, terms);
-        std::stable_sort(terms.begin(), terms.end(), [](auto a, auto b) { return a.first < b.first; });
-        for (auto [id, weight] : terms) {
-            if (!ids.empty() && ids.back() == id)
-                weights.back() += weight;
-            else
-                ids.push_back(id), weights.push_back(weight);
-        }
-    }
-
-    const Hanging& hanging_;
-    std::vector<Index> row_of_;
-    std::vector<Index> order_; ///< rows sorted by their masters
-};
 
 constexpr int kMaxCuts = 8;
 

@@ -3,6 +3,7 @@
 #include "io/atomic_file.hpp"
 #include "io/mesh_io.hpp"
 #include "io/read_surface.hpp"
+#include "io/write_openfoam.hpp"
 #include "pipeline/optimize_pictures.hpp"
 #include "render/png.hpp"
 
@@ -22,7 +23,8 @@ Status check_outputs(const OptimizeJob& job) {
         if (!std::filesystem::is_directory(folder, error))
             return make_error(ErrorCode::output_failed, "write", path.string(),
                               "no such directory: " + folder.string());
-        if (std::filesystem::is_directory(path, error))
+        const bool takes_folder = path == job.output && !openfoam_folder(path).empty();
+        if (std::filesystem::is_directory(path, error) && !takes_folder)
             return make_error(ErrorCode::output_failed, "write", path.string(), "is a directory");
     }
     return Done{};

@@ -205,7 +205,8 @@ void add_optimize(CLI::App& app, Session& session) {
     auto arguments = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand("optimize", "Untangle and improve a mesh");
     command->add_option("IN", arguments->job.input, "Mesh: VTK, VTU, MEDIT or Gmsh")->required();
-    command->add_option("OUT", arguments->job.output, "Mesh to write: .vtu, .vtk or .mesh")->required();
+    command->add_option("OUT", arguments->job.output, "Mesh to write: .vtu, .vtk, .mesh or .foam")
+        ->required();
     add_method_options(*command, *arguments);
     add_boundary_options(*command, *arguments);
     add_termination_options(*command, *arguments);

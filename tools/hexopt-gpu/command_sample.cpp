@@ -23,7 +23,7 @@ struct SampleCommand {
 };
 
 std::string describe_samples() {
-    std::string text = "Meshes (-o .vtu, .vtk or .mesh):";
+    std::string text = "Meshes (-o .vtu, .vtk, .mesh or .foam):";
     for (const SampleInfo& info : sample_infos())
         text += fmt::format("\n  {:<16} {} (size {}{})", info.name, info.description, info.default_size,
                             info.default_levels > 0 ? fmt::format(", {} levels", info.default_levels) : "");
