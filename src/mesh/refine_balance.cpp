@@ -4,68 +4,72 @@
 
 namespace hexopt {
 
-/// Which leaves a call splits, where every split has the same mask. A vertex says how many more rings of
-/// cells of the level in work have to follow.
+/// Which leaves a call splits, where every split has the same mask.
 struct CellRefinement::Marks {
-    std::vector<std::uint8_t> marked; ///< per node
-    std::vector<std::uint8_t> rings;  ///< per vertex
+    enum : std::uint8_t { none, split, source };
+    std::vector<std::uint8_t> marked;         ///< per node
+    std::vector<std::uint8_t> rings;          ///< per vertex: rings of cells that still have to follow
+    std::vector<std::vector<Index>> by_level; ///< leaves
 };
 
-/// One ring further: leaves of `level` hand on what is left of `reach`, coarser ones are marked, too.
-void CellRefinement::spread_marks(const std::vector<Index>& leaves, int level, int reach,
-                                  Marks& marks) const {
+/// One ring further: leaves of `level` hand on what is left of `reach`, coarser ones are marked, too, but for
+/// sources that are spared.
+void CellRefinement::spread_ring(const std::vector<Index>& leaves, int level, int reach, bool spare,
+                                 Marks& marks) const {
     for (Index leaf : leaves) {
         const RefineNode& node = nodes_[leaf];
         int rings = 0;
         for (Index v : node.vertices) rings = std::max<int>(rings, marks.rings[v]);
         if (rings != reach) continue;
         const bool coarser = node.depth() < level;
-        if (coarser) marks.marked[leaf] = 1;
+        if (coarser && !(spare && marks.marked[leaf] == Marks::source)) marks.marked[leaf] = Marks::split;
         const int left = reach - (coarser ? 2 : 1);
         for (Index v : node.vertices)
             marks.rings[v] = static_cast<std::uint8_t>(std::max<int>(marks.rings[v], left));
     }
 }
 
+/// Marks the leaves of level - 1 within `rings` cells of the leaves of `level` that are marked `kind`.
+void CellRefinement::spread_marks(int level, int rings, std::uint8_t kind, Marks& marks) const {
+    bool any = false;
+    for (Index leaf : marks.by_level[level]) {
+        if (marks.marked[leaf] != kind) continue;
+        if (!any) marks.rings.assign(positions_.size(), 0);
+        any = true;
+        for (Index v : nodes_[leaf].vertices) marks.rings[v] = static_cast<std::uint8_t>(rings);
+    }
+    const bool spare = kind == Marks::source;
+    for (int left = rings; any && left > 0; --left) {
+        spread_ring(marks.by_level[level - 1], level, left, spare, marks);
+        if (left > 1) spread_ring(marks.by_level[level], level, left, spare, marks);
+    }
+}
+
 /// The leaves to split, coarse ones first. A leaf of level k that is split needs neighbours of level k or
 /// finer; in a balanced mesh the coarser ones are of level k - 1 and share a vertex with it.
-std::vector<Index> CellRefinement::mark_uniform(std::span<const RefineRequest> requests,
-                                                std::span<const Index> surrounded, int rings,
+std::vector<Index> CellRefinement::mark_uniform(std::span<const RefineRequest> requests, int rings,
+                                                std::span<const Index> sources, int layers,
                                                 RefineCount& count) const {
-    constexpr std::uint8_t kSplit = 1, kSurround = 2;
     Marks marks;
-    marks.marked.assign(nodes_.size(), 0);
-    int top = 0;
-    for (Index leaf : surrounded) {
-        marks.marked[leaf] = kSurround;
-        top = std::max<int>(top, nodes_[leaf].depth());
-    }
+    marks.marked.assign(nodes_.size(), Marks::none);
+    for (Index leaf : sources) marks.marked[leaf] = Marks::source;
     for (const RefineRequest& request : requests) {
-        count.requested += marks.marked[request.node] != kSplit;
-        marks.marked[request.node] = kSplit;
-        top = std::max<int>(top, nodes_[request.node].depth());
+        count.requested += marks.marked[request.node] != Marks::split;
+        marks.marked[request.node] = Marks::split;
     }
-    std::vector<std::vector<Index>> by_level(static_cast<std::size_t>(top) + 1);
-    for (Index n = 0; n < nodes_.size(); ++n)
-        if (nodes_[n].is_leaf() && nodes_[n].depth() <= top) by_level[nodes_[n].depth()].push_back(n);
-    const int reach = std::clamp(rings, 1, 250);
-    for (int level = top; level > 0; --level) {
-        marks.rings.assign(positions_.size(), 0);
-        bool any = false;
-        for (Index leaf : by_level[level]) {
-            if (!marks.marked[leaf]) continue;
-            any = true;
-            for (Index v : nodes_[leaf].vertices) marks.rings[v] = static_cast<std::uint8_t>(reach);
-        }
-        for (int left = reach; any && left > 0; --left) {
-            spread_marks(by_level[level - 1], level, left, marks);
-            if (left > 1) spread_marks(by_level[level], level, left, marks);
-        }
+    for (Index n = 0; n < nodes_.size(); ++n) {
+        if (!nodes_[n].is_leaf()) continue;
+        if (marks.by_level.size() <= nodes_[n].depth()) marks.by_level.resize(nodes_[n].depth() + 1u);
+        marks.by_level[nodes_[n].depth()].push_back(n);
+    }
+    for (int level = static_cast<int>(marks.by_level.size()) - 1; level > 0; --level) {
+        spread_marks(level, std::clamp(rings, 1, 250), Marks::split, marks);
+        if (!sources.empty()) spread_marks(level, std::clamp(layers, 1, 250), Marks::source, marks);
     }
     std::vector<Index> split;
-    for (const std::vector<Index>& leaves : by_level)
+    for (const std::vector<Index>& leaves : marks.by_level)
         for (Index leaf : leaves)
-            if (marks.marked[leaf] == kSplit) split.push_back(leaf);
+            if (marks.marked[leaf] == Marks::split) split.push_back(leaf);
     count.balance += split.size() - count.requested;
     return split;
 }

@@ -170,7 +170,7 @@ RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int 
     bool mixed = mixed_;
     for (const RefineRequest& request : kept) mixed = mixed || request.mask != mask;
     std::vector<Index> marked;
-    if (!mixed) marked = mark_uniform(kept, {}, rings, count);
+    if (!mixed) marked = mark_uniform(kept, rings, {}, 0, count);
     const std::size_t splits = mixed ? kept.size() : marked.size();
     if (leaf_count_ + splits * (mixed ? 1 : leaves_gained(mask)) > max_leaves)
         return {0, 0, count.refused, true};
@@ -181,11 +181,12 @@ RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int 
     return count;
 }
 
-RefineCount CellRefinement::surround(std::span<const Index> leaves, int rings, std::size_t max_leaves) {
+RefineCount CellRefinement::surround(std::span<const Index> leaves, int layers, int rings,
+                                     std::size_t max_leaves) {
     assert(!mixed_);
     RefineCount count;
     if (uniform_mask_ == 0) return count; // all leaves are of one level
-    const std::vector<Index> marked = mark_uniform({}, leaves, rings, count);
+    const std::vector<Index> marked = mark_uniform({}, rings, leaves, layers, count);
     if (leaf_count_ + marked.size() * leaves_gained(uniform_mask_) > max_leaves) return {0, 0, 0, true};
     for (Index node : marked) split(node, uniform_mask_);
     return count;

@@ -75,9 +75,11 @@ class CellRefinement {
     RefineCount refine(std::span<const RefineRequest> requests, int rings = 1,
                        std::size_t max_leaves = ~std::size_t{0});
 
-    /// Splits coarser leaves so that `rings` cells round the given leaves are no larger than these (1: those
-    /// that touch them). Only where all cuts so far used one mask: asserts.
-    RefineCount surround(std::span<const Index> leaves, int rings, std::size_t max_leaves = ~std::size_t{0});
+    /// Splits leaves so that `layers` cells round each of the given leaves are no larger than it (1: those
+    /// that touch it). The given ones themselves are only split where the balance with `rings` asks for it.
+    /// Only where all cuts so far used one mask: asserts.
+    RefineCount surround(std::span<const Index> leaves, int layers, int rings = 1,
+                         std::size_t max_leaves = ~std::size_t{0});
 
     /// Leaves, depth first: children by xi, then eta, then zeta; roots in their order.
     std::vector<Index> leaves() const;
@@ -103,10 +105,11 @@ class CellRefinement {
     Index find_middle(const RefineNode& node, const std::array<int, 3>& half) const;
 
     bool keep_request(const RefineRequest& request, RefineCount& count) const;
-    std::vector<Index> mark_uniform(std::span<const RefineRequest> requests,
-                                    std::span<const Index> surrounded, int rings, RefineCount& count) const;
     struct Marks;
-    void spread_marks(const std::vector<Index>& leaves, int level, int reach, Marks& marks) const;
+    std::vector<Index> mark_uniform(std::span<const RefineRequest> requests, int rings,
+                                    std::span<const Index> sources, int layers, RefineCount& count) const;
+    void spread_marks(int level, int rings, std::uint8_t kind, Marks& marks) const;
+    void spread_ring(const std::vector<Index>& leaves, int level, int reach, bool spare, Marks& marks) const;
 
     struct Contact;
     void refine_mixed(std::span<const RefineRequest> requests, RefineCount& count);

@@ -42,6 +42,7 @@ inline TriangleSoup make_sphere(double radius, int n, const Point& centre = Poin
     TriangleSoup soup;
     soup.patch_names = {"sphere"};
     const auto at = [&](int i, int j) {
+        if (i == 0 || i == n) return centre + Point(0, 0, i == 0 ? radius : -radius);
         const double theta = std::numbers::pi * i / n, phi = std::numbers::pi * j / n;
         return centre + radius * Point(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
                                        std::cos(theta));

@@ -8,6 +8,7 @@
 #include "surfaces.hpp"
 
 #include <glm/vector_relational.hpp>
+#include <set>
 
 using namespace hexopt;
 using namespace hexopt::test;
@@ -161,6 +162,171 @@ TEST_CASE("cells turn by no more than the angle of normals where levels allow") 
     REQUIRE(coarsest_small < 0.13);
 }
 
+namespace {
+
+/// Cells of a mesh whose box holds a point.
+template <class Visit>
+void visit_around(const RefineOutput& out, const Point& at, const Visit& visit) {
+    for (Index c = 0; c < out.octree.cell_count(); ++c) {
+        const Box box = node_box(out.refinement, out.leaf_node[c]);
+        if (glm::all(glm::lessThanEqual(box.low, at)) && glm::all(glm::lessThanEqual(at, box.high))) visit(c);
+    }
+}
+
+double size_at(const RefineOutput& out, const Point& at) {
+    double size = 0;
+    visit_around(out, at, [&](Index c) { size = std::max(size, size_range(out.octree, c)[1]); });
+    return size;
+}
+
+RefineOptions only_sizes(double size) {
+    RefineOptions options;
+    options.surface.size = size;
+    options.normal_angle_deg = 180;
+    options.gap_cells = options.wall_cells = options.feature_cells = 0;
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("gaps get their cells, as far as levels allow") {
+    // A box with a cavity: 0.3 of mesh on one side of it, 2 on the others.
+    TriangleSoup soup;
+    append_box(soup, Point(0), Point(4));
+    append_box(soup, Point(0.3, 2, 2), Point(2, 3, 3), true);
+    const Domain domain = make_domain(soup);
+    RefineOptions options = only_sizes(0.25);
+    REQUIRE(size_at(run(domain, options), {0.15, 2.5, 2.5}) > 0.2);
+    options.gap_cells = 3;
+    const RefineOutput out = run(domain, options);
+    REQUIRE(out.stats.split[static_cast<std::size_t>(RefineCriterion::gap)] > 0);
+    REQUIRE(size_at(out, {0.01, 2.5, 2.5}) <= 0.1);
+    REQUIRE(size_at(out, {0.29, 2.5, 2.5}) <= 0.1);
+    std::set<Index> across;
+    for (double x = 0.005; x < 0.3; x += 0.01)
+        visit_around(out, {x, 2.51, 2.51}, [&](Index c) { across.insert(c); });
+    REQUIRE(across.size() >= 3);
+    REQUIRE(size_at(out, {0.01, 0.5, 0.5}) > 0.2);
+    REQUIRE(size_at(out, {2.01, 2.5, 2.5}) > 0.2);
+    // Through the cavity, 1.7 by 1 by 1: nine cells want at most 0.111.
+    options.gap_cells = 0;
+    options.wall_cells = 9;
+    const RefineOutput wall = run(domain, options);
+    REQUIRE(size_at(wall, {0.31, 2.5, 2.5}) <= 0.19);
+    REQUIRE(size_at(wall, {1, 2.01, 2.5}) <= 0.112);
+    REQUIRE(size_at(wall, {0.01, 0.5, 0.5}) > 0.2);
+    options.gap_levels = 0;
+    REQUIRE(run(domain, options).stats.split[static_cast<std::size_t>(RefineCriterion::gap)] == 0);
+}
+
+TEST_CASE("a gap too narrow for the last level is left alone") {
+    TriangleSoup soup;
+    append_box(soup, Point(0), Point(4));
+    append_box(soup, Point(0.01, 2, 2), Point(2, 3, 3), true);
+    const Domain domain = make_domain(soup);
+    RefineOptions options = only_sizes(0.25);
+    options.gap_cells = 3;
+    REQUIRE(run(domain, options).stats.split[static_cast<std::size_t>(RefineCriterion::gap)] == 0);
+    options.gap_levels = 6;
+    const RefineOutput out = run(domain, options);
+    REQUIRE(size_at(out, {0.001, 2.5, 2.5}) <= 0.004);
+}
+
+TEST_CASE("narrow patches, short curves and close curves are refined") {
+    // A box with a groove-like step: two boxes side by side would touch; a narrow slab is enough.
+    const Domain domain = make_domain(make_box({3, 3, 0.2}));
+    RefineOptions options = only_sizes(0.2);
+    REQUIRE(size_at(run(domain, options), {0.001, 1.5, 0.1}) > 0.15);
+    options.feature_cells = 3;
+    const RefineOutput out = run(domain, options);
+    REQUIRE(out.stats.split[static_cast<std::size_t>(RefineCriterion::feature)] > 0);
+    REQUIRE(size_at(out, {0.001, 1.5, 0.1}) <= 0.2 / 3);
+    REQUIRE(size_at(out, {1.5, 1.5, 0.001}) > 0.15);
+}
+
+TEST_CASE("curves and regions may ask for a size") {
+    const Domain domain = make_domain(make_box({4, 4, 4}));
+    RefineOptions options = only_sizes(0.5);
+    options.curves = {{"x0", "y0", {0.1, -1}}};
+    const RefineOutput curve = run(domain, options);
+    REQUIRE(size_at(curve, {0.001, 0.001, 2}) <= 0.1);
+    REQUIRE(size_at(curve, {3.999, 0.001, 2}) > 0.3);
+    REQUIRE(curve.stats.split[static_cast<std::size_t>(RefineCriterion::curve_size)] > 0);
+
+    options.curves.clear();
+    RegionTarget region;
+    region.target.size = 0.13;
+    region.low = Point(1.5), region.high = Point(2);
+    options.regions = {region};
+    const RefineOutput box = run(domain, options);
+    REQUIRE(size_at(box, Point(1.51)) <= 0.13);
+    REQUIRE(size_at(box, Point(2, 1.5, 2)) <= 0.13);
+    REQUIRE(size_at(box, Point(3.3)) > 0.3);
+    REQUIRE(box.stats.split[static_cast<std::size_t>(RefineCriterion::region)] > 0);
+
+    region.shape = RegionShape::sphere;
+    region.low = Point(2), region.radius = 0.2, region.distance = 0.5;
+    options.regions = {region};
+    const RefineOutput sphere = run(domain, options);
+    REQUIRE(size_at(sphere, Point(2.65, 2, 2)) <= 0.13);
+    REQUIRE(size_at(sphere, Point(3.6, 2, 2)) > 0.2);
+
+    region.shape = RegionShape::cylinder;
+    region.low = Point(2, 2, 1), region.high = Point(2, 2, 3), region.distance = 0;
+    options.regions = {region};
+    const RefineOutput cylinder = run(domain, options);
+    for (double z : {1.01, 1.7, 2.99}) REQUIRE(size_at(cylinder, Point(2.1, 2.1, z)) <= 0.13);
+    REQUIRE(size_at(cylinder, Point(3.2, 2, 2)) > 0.2);
+
+    region.shape = RegionShape::patch;
+    region.patch = "z1", region.distance = 0.6;
+    options.regions = {region};
+    const RefineOutput layer = run(domain, options);
+    REQUIRE(size_at(layer, Point(2, 2, 3.45)) <= 0.13);
+    REQUIRE(size_at(layer, Point(2, 2, 1)) > 0.2);
+}
+
+TEST_CASE("without a size the number of cells inside is about the wanted one") {
+    const Domain domain = make_domain(make_sphere(1, 60));
+    RefineOptions options;
+    options.target_cells = 20e3;
+    const RefineOutput out = run(domain, options);
+    std::size_t inside = 0;
+    for (Index c = 0; c < out.octree.cell_count(); ++c) {
+        Point centre(0);
+        for (Index v : out.octree.cells[c]) centre += out.octree.positions[v] / 8.0;
+        inside += glm::length(centre) < 1;
+    }
+    REQUIRE(inside > 8e3);
+    REQUIRE(inside < 30e3);
+    REQUIRE(out.stats.surface_size > 0);
+    REQUIRE(out.stats.level_cells.size() > 1);
+}
+
+TEST_CASE("a planar run refines in the plane only") {
+    // A square with a hole, one unit thick.
+    TriangleSoup soup;
+    append_box(soup, Point(0, 0, -0.5), Point(4, 4, 0.5));
+    append_box(soup, Point(1, 1, -0.5), Point(1.5, 1.5, 0.5), true);
+    // The hole's ends would close it: its z patches go.
+    const Index low = 10, high = 11;
+    for (std::size_t t = soup.triangles.size(); t-- > 0;)
+        if (soup.patch[t] == low || soup.patch[t] == high) {
+            soup.triangles.erase(soup.triangles.begin() + static_cast<std::ptrdiff_t>(t));
+            soup.patch.erase(soup.patch.begin() + static_cast<std::ptrdiff_t>(t));
+        }
+    const Domain domain = make_domain(soup);
+    RefineOptions options;
+    options.planar = true;
+    options.target_cells = 2000;
+    const RefineOutput out = run(domain, options);
+    require_sound(out.octree);
+    REQUIRE(out.octree.cell_count() > 500);
+    REQUIRE(out.octree.cell_count() < 10000);
+    for (const Point& p : out.octree.positions) REQUIRE(std::abs(p.z) == 0.5);
+    REQUIRE(size_at(out, {3, 3, 0}) > 2 * out.stats.surface_size);
+}
+
 TEST_CASE("a patch may ask for another size") {
     const Domain domain = make_domain(make_box({1, 1, 1}));
     RefineOptions options;
@@ -189,7 +355,7 @@ TEST_CASE("the budget of cells is kept and reported") {
     options.max_cells = all / 3;
     const RefineOutput out = run(domain, options);
     REQUIRE(out.octree.cell_count() <= all / 3);
-    REQUIRE(out.stats.budget_refused > 0);
+    REQUIRE(out.stats.budget_hit());
     require_sound(out.octree);
 }
 
@@ -264,10 +430,37 @@ TEST_CASE("options out of range are refused") {
     refused([](RefineOptions& o) { o.surface_rings = -1; });
     refused([](RefineOptions& o) { o.surface_layers = -1; });
     refused([](RefineOptions& o) { o.normal_angle_deg = 181; });
-    refused([](RefineOptions& o) { o.target_cells = 0; });
+    refused([](RefineOptions& o) { o.target_cells = -1; });
     refused([](RefineOptions& o) { o.surface.size = -1; });
     refused([](RefineOptions& o) { o.initial.base_size = std::nan(""); });
+    refused([](RefineOptions& o) { o.surface = {0.1, 2}; });
+    refused([](RefineOptions& o) { o.gap_cells = -1; });
+    refused([](RefineOptions& o) { o.wall_cells = 101; });
+    refused([](RefineOptions& o) { o.feature_cells = std::nan(""); });
+    refused([](RefineOptions& o) { o.max_level = -1; });
+    refused([](RefineOptions& o) { o.initial.base_size = 1e-9; });
     refused([](RefineOptions& o) { o.initial.cells = {1, 0, 2}; });
+    refused([](RefineOptions& o) { o.initial.cells = {1, 9000, 2}; });
+    refused([](RefineOptions& o) { o.patches = {{"x0", {}}}; });
+    refused([](RefineOptions& o) { o.curves = {{"x0", "", {}}}; });
+    refused([](RefineOptions& o) { o.curves = {{"x0", "y9", {0.1, -1}}}; });
+    refused([](RefineOptions& o) { o.regions.resize(1); });
+    const auto refused_region = [&](auto change) {
+        refused([&](RefineOptions& o) {
+            o.regions.resize(1);
+            o.regions[0].target.size = 0.1;
+            change(o.regions[0]);
+        });
+    };
+    refused_region([](RegionTarget& r) { r.high = {1, -1, 1}; });
+    refused_region([](RegionTarget& r) { r.distance = -1; });
+    refused_region([](RegionTarget& r) { r.shape = RegionShape::sphere; });
+    refused_region([](RegionTarget& r) { r.shape = RegionShape::cylinder, r.radius = 1; });
+    refused_region([](RegionTarget& r) { r.shape = RegionShape::patch, r.patch = "none"; });
+    refused([](RefineOptions& o) {
+        o.initial.mesh = HexMesh{};
+        o.initial.base_size = 1;
+    });
     refused([](RefineOptions& o) { o.initial.box = Box{Point(0), Point(1, 0, 1)}; });
     context.cancel();
     REQUIRE(refine(domain, {}, context).error().code == ErrorCode::cancelled);

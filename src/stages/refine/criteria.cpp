@@ -1,5 +1,7 @@
 #include "stages/refine/criteria.hpp"
 
+#include "mesh/hex_reference.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -9,11 +11,12 @@ namespace hexopt {
 
 namespace {
 
+/// Triangles of a cell from which gaps are looked for; where there are more, evenly many are left out.
+constexpr std::size_t kProbes = 8;
+
 Goal finer_by(const Goal& goal, int levels) {
     return goal.level >= 0 ? Goal{0, goal.level + levels} : Goal{std::ldexp(goal.size, -levels), -1};
 }
-
-Goal goal_of(const TargetSize& target) { return {target.level >= 0 ? 0 : target.size, target.level}; }
 
 double angle_deg(const Point& a, const Point& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
@@ -37,73 +40,165 @@ double spread_deg(const std::vector<Point>& normals) {
     return widest;
 }
 
-} // namespace
-
-Result<SurfaceCriteria> SurfaceCriteria::create(const Domain& domain, const RefineOptions& options,
-                                                const TargetSize& surface) {
-    SurfaceCriteria criteria(domain);
-    criteria.normal_angle_deg_ = options.normal_angle_deg;
-    criteria.goal_.assign(domain.model.patch_count(), goal_of(surface));
-    for (const PatchTarget& entry : options.patches) {
-        bool found = false;
-        for (Index patch = 0; patch < domain.model.patch_count(); ++patch) {
-            const Index name = domain.patch_name[patch];
-            if (name == kNoIndex || domain.names[name] != entry.patch) continue;
-            criteria.goal_[patch] = goal_of(entry.target);
-            found = true;
-        }
-        if (!found)
-            return make_error(ErrorCode::usage, "refine", "patch '" + entry.patch + "'",
-                              "the surface has no patch of this name");
-    }
-    for (const Goal& goal : criteria.goal_)
-        criteria.finest_.push_back(finer_by(goal, options.curvature_levels));
-    return criteria;
+Error unknown_patch(const std::string& name) {
+    return make_error(ErrorCode::usage, "refine", "patch '" + name + "'",
+                      "the surface has no patch of this name");
 }
 
-RefineCriterion SurfaceCriteria::ask(const CellRefinement& refinement, Index node,
-                                     std::span<const Index> elements, const SurfaceElements& surface) const {
-    if (wants_size(refinement, node, elements, surface)) return RefineCriterion::surface_size;
-    if (wants_normals(refinement, node, elements, surface)) return RefineCriterion::normal_angle;
-    return RefineCriterion::count;
-}
-
-bool SurfaceCriteria::wants_size(const CellRefinement& refinement, Index node,
-                                 std::span<const Index> elements, const SurfaceElements& surface) const {
-    const double size = node_size(refinement, node);
-    const int depth = refinement.node(node).depth();
-    return std::any_of(elements.begin(), elements.end(), [&](Index element) {
-        return surface.is_triangle(element) &&
-               goal_[surface.model().patch_of_triangle(element)].wants_split(size, depth);
+bool has_patch(const Domain& domain, Index curve, const std::string& name) {
+    if (name.empty()) return true;
+    const auto patches = domain.curve_patch[curve];
+    return std::any_of(patches.begin(), patches.end(), [&](Index patch) {
+        const Index at = domain.patch_name[patch];
+        return at != kNoIndex && domain.names[at] == name;
     });
 }
 
-bool SurfaceCriteria::wants_normals(const CellRefinement& refinement, Index node,
-                                    std::span<const Index> elements, const SurfaceElements& surface) const {
-    if (normal_angle_deg_ >= 180) return false;
-    const double size = node_size(refinement, node);
-    const int depth = refinement.node(node).depth();
-    std::vector<Index> open;
-    for (Index element : elements)
-        if (surface.is_triangle(element) &&
-            finest_[surface.model().patch_of_triangle(element)].wants_split(size, depth))
-            open.push_back(element);
-    return !open.empty() && normal_spread_deg(node_box(refinement, node), open, surface) > normal_angle_deg_;
+} // namespace
+
+Goal goal_of(const TargetSize& target) { return {target.level >= 0 ? 0 : target.size, target.level}; }
+
+std::vector<Index> patches_of_name(const Domain& domain, const std::string& name) {
+    std::vector<Index> patches;
+    for (Index patch = 0; patch < domain.model.patch_count(); ++patch)
+        if (const Index at = domain.patch_name[patch]; at != kNoIndex && domain.names[at] == name)
+            patches.push_back(patch);
+    return patches;
 }
 
-double SurfaceCriteria::normal_spread_deg(const Box& box, std::span<const Index> elements,
-                                          const SurfaceElements& surface) const {
+double node_size(const CellRefinement& refinement, Index node, AxisMask mask) {
+    double longest = 0;
+    const Cell& cell = refinement.node(node).vertices;
+    for (std::size_t e = 0; e < 12; ++e) {
+        if (!(mask >> e / 4 & 1)) continue;
+        const auto& edge = hex::kEdgeVertex[e];
+        const double length =
+            glm::distance(refinement.position(cell[edge[0]]), refinement.position(cell[edge[1]]));
+        longest = std::max(longest, length);
+    }
+    return longest;
+}
+
+SurfaceCriteria::SurfaceCriteria(const Domain& domain, const SurfaceElements& surface,
+                                 const RefineOptions& options)
+    : domain_(&domain), surface_(&surface), probe_(domain), closeness_(domain),
+      normal_angle_deg_(options.normal_angle_deg), gap_cells_(options.gap_cells),
+      wall_cells_(options.wall_cells), feature_cells_(options.feature_cells) {}
+
+Result<SurfaceCriteria> SurfaceCriteria::create(const Domain& domain, const SurfaceElements& surface,
+                                                const RefineOptions& options, const TargetSize& size) {
+    SurfaceCriteria criteria(domain, surface, options);
+    if (Status ok = criteria.set_goals(options, size); !ok) return ok.error();
+    return criteria;
+}
+
+Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize& size) {
+    goal_.assign(domain_->model.patch_count(), goal_of(size));
+    for (const PatchTarget& entry : options.patches) {
+        const std::vector<Index> patches = patches_of_name(*domain_, entry.patch);
+        if (patches.empty()) return unknown_patch(entry.patch);
+        for (Index patch : patches) goal_[patch] = goal_of(entry.target);
+    }
+    for (const Goal& goal : goal_) {
+        finest_bend_.push_back(finer_by(goal, options.curvature_levels));
+        finest_gap_.push_back(finer_by(goal, options.gap_levels));
+    }
+    curve_goal_.resize(domain_->model.curve_count());
+    for (const CurveTarget& entry : options.curves) {
+        for (const std::string& name : {entry.patch, entry.other_patch})
+            if (!name.empty() && patches_of_name(*domain_, name).empty()) return unknown_patch(name);
+        for (Index curve = 0; curve < curve_goal_.size(); ++curve)
+            if (has_patch(*domain_, curve, entry.patch) && has_patch(*domain_, curve, entry.other_patch))
+                curve_goal_[curve].push_back(goal_of(entry.target));
+    }
+    return Done{};
+}
+
+RefineCriterion SurfaceCriteria::ask(const CutCell& cell) const {
+    for (std::size_t c = 0; c < kCriterionCount; ++c)
+        if (!given_up_[c] && wants(static_cast<RefineCriterion>(c), cell))
+            return static_cast<RefineCriterion>(c);
+    return RefineCriterion::count;
+}
+
+bool SurfaceCriteria::wants(RefineCriterion criterion, const CutCell& cell) const {
+    switch (criterion) {
+    case RefineCriterion::surface_size:
+        return wants_surface_size(cell);
+    case RefineCriterion::curve_size:
+        return wants_curve_size(cell);
+    case RefineCriterion::normal_angle:
+        return wants_normals(cell);
+    case RefineCriterion::gap:
+        return wants_gap(cell);
+    case RefineCriterion::feature:
+        return wants_feature(cell);
+    case RefineCriterion::region:
+    case RefineCriterion::count:
+        break;
+    }
+    return false;
+}
+
+/// Whether the limits of the patches beside an element let the cell be split.
+bool SurfaceCriteria::allows(const std::vector<Goal>& finest, const CutCell& cell, Index element) const {
+    if (surface_->is_triangle(element))
+        return finest[domain_->model.patch_of_triangle(element)].wants_split(cell.size, cell.depth);
+    const Index curve = domain_->model.curve_of_segment(surface_->segment_of(element));
+    const auto patches = domain_->curve_patch[curve];
+    return std::any_of(patches.begin(), patches.end(),
+                       [&](Index patch) { return finest[patch].wants_split(cell.size, cell.depth); });
+}
+
+/// Size of the smallest cells that gaps and features may get at an element; what is narrower than that cannot
+/// be resolved and is left alone.
+double SurfaceCriteria::finest_gap_size(const CutCell& cell, Index element) const {
+    const auto size_for = [&](Index patch) {
+        const Goal& goal = finest_gap_[patch];
+        return goal.level >= 0 ? std::ldexp(cell.size, cell.depth - goal.level)
+                               : std::min(goal.size, cell.size);
+    };
+    if (surface_->is_triangle(element)) return size_for(domain_->model.patch_of_triangle(element));
+    double finest = cell.size;
+    for (Index patch : domain_->curve_patch[domain_->model.curve_of_segment(surface_->segment_of(element))])
+        finest = std::min(finest, size_for(patch));
+    return finest;
+}
+
+bool SurfaceCriteria::wants_surface_size(const CutCell& cell) const {
+    return std::any_of(cell.elements.begin(), cell.elements.end(), [&](Index element) {
+        return surface_->is_triangle(element) && allows(goal_, cell, element);
+    });
+}
+
+bool SurfaceCriteria::wants_curve_size(const CutCell& cell) const {
+    return std::any_of(cell.elements.begin(), cell.elements.end(), [&](Index element) {
+        if (surface_->is_triangle(element)) return false;
+        const auto& goals = curve_goal_[domain_->model.curve_of_segment(surface_->segment_of(element))];
+        return std::any_of(goals.begin(), goals.end(),
+                           [&](const Goal& goal) { return goal.wants_split(cell.size, cell.depth); });
+    });
+}
+
+bool SurfaceCriteria::wants_normals(const CutCell& cell) const {
+    if (normal_angle_deg_ >= 180) return false;
+    std::vector<Index> open;
+    for (Index element : cell.elements)
+        if (surface_->is_triangle(element) && allows(finest_bend_, cell, element)) open.push_back(element);
+    return !open.empty() && normal_spread_deg(cell.box, open) > normal_angle_deg_;
+}
+
+double SurfaceCriteria::normal_spread_deg(const Box& box, std::span<const Index> triangles) const {
+    const BoundaryModel& model = domain_->model;
     std::vector<std::pair<Index, Index>> by_patch; // patch, triangle
-    for (Index element : elements)
-        if (surface.is_triangle(element))
-            by_patch.emplace_back(surface.model().patch_of_triangle(element), element);
+    for (Index triangle : triangles) by_patch.emplace_back(model.patch_of_triangle(triangle), triangle);
     std::sort(by_patch.begin(), by_patch.end());
     double widest = 0;
     std::vector<Point> normals;
     for (std::size_t i = 0; i < by_patch.size(); ++i) {
         const Index triangle = by_patch[i].second;
-        const std::array<Point, 3>& at_corner = surface.model().vertex_normals(triangle);
-        const ClippedTriangle part = clip_triangle(surface.model().triangle(triangle), box);
+        const std::array<Point, 3>& at_corner = model.vertex_normals(triangle);
+        const ClippedTriangle part = clip_triangle(model.triangle(triangle), box);
         for (int k = 0; k < part.count; ++k) {
             const auto& w = part.weight[k];
             const Point n = w[0] * at_corner[0] + w[1] * at_corner[1] + w[2] * at_corner[2];
@@ -114,6 +209,63 @@ double SurfaceCriteria::normal_spread_deg(const Box& box, std::span<const Index>
         normals.clear();
     }
     return widest;
+}
+
+bool SurfaceCriteria::wants_gap(const CutCell& cell) const {
+    if (gap_cells_ == 0 && wall_cells_ == 0) return false;
+    std::vector<Index> open;
+    for (Index element : cell.elements)
+        if (surface_->is_triangle(element) && allows(finest_gap_, cell, element)) open.push_back(element);
+    const std::size_t step = std::max<std::size_t>(1, (open.size() + kProbes - 1) / kProbes);
+    for (std::size_t i = 0; i < open.size(); i += step) {
+        const auto& x = domain_->model.triangle(open[i]);
+        const ClippedTriangle part = clip_triangle(x, cell.box);
+        const Point cross = glm::cross(x[1] - x[0], x[2] - x[0]);
+        const double length = glm::length(cross);
+        if (part.count == 0 || !(length > 0)) continue;
+        const Point normal = cross / length;
+        Point from(0);
+        for (int k = 0; k < part.count; ++k)
+            for (int v = 0; v < 3; ++v) from += part.weight[k][v] / part.count * x[v];
+        const double gap = gap_cells_ * cell.size * (1 - 1e-6), wall = wall_cells_ * cell.size * (1 - 1e-6);
+        const double finest = finest_gap_size(cell, open[i]);
+        const auto is_narrow = [&](const Point& direction, double least) {
+            if (least == 0) return false;
+            const double width = probe_.distance(from, direction, normal, least);
+            return width < least && width >= finest;
+        };
+        if (is_narrow(-normal, gap) || is_narrow(normal, wall)) return true;
+    }
+    return false;
+}
+
+bool SurfaceCriteria::wants_feature(const CutCell& cell) const {
+    if (feature_cells_ == 0) return false;
+    const double least = feature_cells_ * cell.size * (1 - 1e-6);
+    return std::any_of(cell.elements.begin(), cell.elements.end(), [&](Index element) {
+        if (!allows(finest_gap_, cell, element)) return false;
+        const double width = surface_->is_triangle(element)
+                                 ? closeness_.patch_width(domain_->model.patch_of_triangle(element))
+                                 : curve_room(cell, surface_->segment_of(element), least);
+        return width < least && width >= finest_gap_size(cell, element);
+    });
+}
+
+/// Length of a curve, or the distance from its part in the cell to another curve where that is shorter.
+double SurfaceCriteria::curve_room(const CutCell& cell, Index segment, double reach) const {
+    const Index curve = domain_->model.curve_of_segment(segment);
+    const double length = closeness_.curve_length(curve);
+    if (length < reach) return length;
+    const auto& ends = domain_->model.segment(segment);
+    const ClippedTriangle part = clip_triangle({ends[0], ends[1], ends[1]}, cell.box);
+    if (part.count == 0) return reach;
+    double first = 1, last = 0; // along the segment
+    for (int k = 0; k < part.count; ++k) {
+        first = std::min(first, 1 - part.weight[k][0]);
+        last = std::max(last, 1 - part.weight[k][0]);
+    }
+    const Point middle = ends[0] + (first + last) / 2 * (ends[1] - ends[0]);
+    return closeness_.other_curve(curve, middle, reach);
 }
 
 } // namespace hexopt

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "stages/refine/closeness.hpp"
+#include "stages/refine/gap_probe.hpp"
 #include "stages/refine/refine.hpp"
 #include "stages/refine/surface_elements.hpp"
 
@@ -14,33 +16,62 @@ struct Goal {
         return level >= 0 ? depth < level : size > 0 && cell_size > size * (1 + 1e-6);
     }
 };
+Goal goal_of(const TargetSize& target);
 
-/// The criteria that look at a cell and the surface in it. Thread-safe.
+/// Patches that the input calls so.
+std::vector<Index> patches_of_name(const Domain& domain, const std::string& name);
+
+/// Longest edge of a cell of the hierarchy along the axes of `mask`, model units.
+double node_size(const CellRefinement& refinement, Index node, AxisMask mask);
+
+/// A cell and the surface in it.
+struct CutCell {
+    Box box;
+    double size; ///< longest edge along the axes that are refined
+    int depth;
+    std::span<const Index> elements;
+};
+
+/// The criteria that look at a cell and the surface in it. Thread-safe; refers to domain and surface.
 class SurfaceCriteria {
   public:
-    /// Errors (usage): a patch that the domain does not have.
-    static Result<SurfaceCriteria> create(const Domain& domain, const RefineOptions& options,
-                                          const TargetSize& surface);
+    /// Errors (usage): a patch that the domain does not have, a target with both size and level.
+    static Result<SurfaceCriteria> create(const Domain& domain, const SurfaceElements& surface,
+                                          const RefineOptions& options, const TargetSize& size);
 
     /// The first criterion by which a cell is to be split, RefineCriterion::count if none.
-    RefineCriterion ask(const CellRefinement& refinement, Index node, std::span<const Index> elements,
-                        const SurfaceElements& surface) const;
+    RefineCriterion ask(const CutCell& cell) const;
+    /// Leaves a criterion out from now on.
+    void give_up(RefineCriterion criterion) { given_up_[static_cast<std::size_t>(criterion)] = true; }
+    bool is_given_up(RefineCriterion criterion) const {
+        return given_up_[static_cast<std::size_t>(criterion)];
+    }
 
     /// Largest angle between the interpolated normals of one patch inside a box, degrees.
-    double normal_spread_deg(const Box& box, std::span<const Index> elements,
-                             const SurfaceElements& surface) const;
+    double normal_spread_deg(const Box& box, std::span<const Index> triangles) const;
 
   private:
-    explicit SurfaceCriteria(const Domain& domain) : domain_(domain) {}
-    bool wants_size(const CellRefinement& refinement, Index node, std::span<const Index> elements,
-                    const SurfaceElements& surface) const;
-    bool wants_normals(const CellRefinement& refinement, Index node, std::span<const Index> elements,
-                       const SurfaceElements& surface) const;
+    SurfaceCriteria(const Domain& domain, const SurfaceElements& surface, const RefineOptions& options);
+    Status set_goals(const RefineOptions& options, const TargetSize& size);
+    bool allows(const std::vector<Goal>& finest, const CutCell& cell, Index element) const;
+    double finest_gap_size(const CutCell& cell, Index element) const;
+    bool wants(RefineCriterion criterion, const CutCell& cell) const;
+    bool wants_surface_size(const CutCell& cell) const;
+    bool wants_curve_size(const CutCell& cell) const;
+    bool wants_normals(const CutCell& cell) const;
+    bool wants_gap(const CutCell& cell) const;
+    bool wants_feature(const CutCell& cell) const;
+    double curve_room(const CutCell& cell, Index segment, double reach) const;
 
-    const Domain& domain_;
-    std::vector<Goal> goal_;   ///< per patch
-    std::vector<Goal> finest_; ///< per patch: how far the criterion of normals may go
-    double normal_angle_deg_ = 180;
+    const Domain* domain_;
+    const SurfaceElements* surface_;
+    GapProbe probe_;
+    Closeness closeness_;
+    std::vector<Goal> goal_;                     ///< per patch
+    std::vector<Goal> finest_bend_, finest_gap_; ///< per patch: how far criteria of shape may go
+    std::vector<std::vector<Goal>> curve_goal_;  ///< per curve
+    double normal_angle_deg_, gap_cells_, wall_cells_, feature_cells_;
+    std::array<bool, kCriterionCount> given_up_ = {};
 };
 
 } // namespace hexopt

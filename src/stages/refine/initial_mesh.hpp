@@ -4,12 +4,14 @@
 
 namespace hexopt {
 
-/// A box of hexahedra. positions i + (n+1)(j + (m+1)k).
+/// A box of n × m × l equal hexahedra; vertex (i, j, k) is i + (n+1)(j + (m+1)k).
 HexMesh make_box_mesh(const Box& box, const std::array<Index, 3>& cells);
 
-/// Box round `surface` of cells of about `fine_size` * 2^levels such that the surface's extreme planes lie
-/// inside the cells of size `fine_size`, never on a grid plane. At least `margin` fine cells stay around the
-/// surface. planar: one cell along z that ends a margin outside of the surface.
-HexMesh make_padded_box(const Box& surface, double fine_size, int levels, int margin, bool planar);
+/// The initial mesh of a run whose cells on the surface are to have a size. Errors (usage): a box without
+/// volume, counts along some axes only, a surface without extent.
+Result<HexMesh> make_initial_mesh(const Domain& domain, const RefineOptions& options, const TargetSize& size);
+
+/// A first guess of the surface's size for a number of cells; 0 where the surface has no extent.
+double first_size(const Domain& domain, double cells, bool planar);
 
 } // namespace hexopt

@@ -1,13 +1,12 @@
 #include "stages/refine/refine.hpp"
 
-#include "stages/refine/criteria.hpp"
-#include "stages/refine/default_size.hpp"
+#include "stages/refine/adaptation.hpp"
 #include "stages/refine/initial_mesh.hpp"
-#include "stages/refine/surface_elements.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 namespace hexopt {
 
@@ -15,12 +14,25 @@ const char* name_of(RefineCriterion criterion) {
     switch (criterion) {
     case RefineCriterion::surface_size:
         return "surface_size";
+    case RefineCriterion::curve_size:
+        return "curve_size";
+    case RefineCriterion::region:
+        return "region";
     case RefineCriterion::normal_angle:
         return "normal_angle";
+    case RefineCriterion::gap:
+        return "gap";
+    case RefineCriterion::feature:
+        return "feature";
     case RefineCriterion::count:
         break;
     }
     return "none";
+}
+
+bool RefineStats::budget_hit() const {
+    return repairs_over_budget > 0 ||
+           std::any_of(over_budget.begin(), over_budget.end(), [](std::size_t n) { return n > 0; });
 }
 
 namespace {
@@ -29,115 +41,54 @@ Error usage(const std::string& option, const std::string& reason) {
     return make_error(ErrorCode::usage, "refine", option, reason);
 }
 
-Status check_options(const RefineOptions& options) {
-    const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
-    if (!in(options.normal_angle_deg, 1, 180)) return usage("normal_angle_deg", "must be in 1..180");
-    if (!in(options.curvature_levels, 0, 20)) return usage("curvature_levels", "must be in 0..20");
-    if (!in(options.rings, 1, 20)) return usage("rings", "must be in 1..20");
-    if (!in(options.surface_rings, 0, 20)) return usage("surface_rings", "must be in 0..20");
-    if (!in(options.target_cells, 100, 1e9)) return usage("target_cells", "must be in 100..1e9");
-    if (!in(options.surface_layers, 0, 20)) return usage("surface_layers", "must be in 0..20");
-    if (options.max_level < 0) return usage("max_level", "must not be negative");
-    if (!(options.initial.base_size >= 0) || !std::isfinite(options.initial.base_size))
-        return usage("base_size", "must be positive and finite, or 0");
-    if (!(options.surface.size >= 0) || !std::isfinite(options.surface.size))
-        return usage("surface size", "must be positive and finite, or 0");
+struct NumberRange {
+    const char* option;
+    double value, low, high;
+};
+
+Status check_target(const TargetSize& target, const std::string& where) {
+    if (!(target.size >= 0) || !std::isfinite(target.size))
+        return usage(where, "size must be positive and finite");
+    if (target.size > 0 && target.level >= 0) return usage(where, "give a size or a level, not both");
     return Done{};
 }
 
-/// One run: carries the cells that meet the surface down the levels.
-class Adaptation {
-  public:
-    Adaptation(const SurfaceElements& surface, const SurfaceCriteria& criteria, const RefineOptions& options,
-               RefineOutput& out, Context& context)
-        : surface_(surface), criteria_(criteria), options_(options), out_(out), context_(context) {}
-
-    Status run() {
-        const int last = options_.max_level > 0 ? std::min(options_.max_level, out_.refinement.max_level())
-                                                : out_.refinement.max_level();
-        cells_.resize(static_cast<std::size_t>(last) + 1);
-        cells_[0] = find_root_elements(out_.refinement, surface_);
-        for (int level = 0; level < last; ++level) {
-            if (context_.is_cancelled()) return make_error(ErrorCode::cancelled, "refine", "", "cancelled");
-            context_.report("refine", static_cast<double>(level) / last,
-                            fmt::format("level {}, {} cells", level, out_.refinement.leaf_count()));
-            if (!refine_level(level)) break;
-        }
-        surround_surface();
-        return Done{};
+Status check_options(const RefineOptions& options) {
+    const std::array<NumberRange, 12> ranges = {{
+        {"normal_angle_deg", options.normal_angle_deg, 1, 180},
+        {"curvature_levels", double(options.curvature_levels), 0, 20},
+        {"gap_cells", options.gap_cells, 0, 100},
+        {"wall_cells", options.wall_cells, 0, 100},
+        {"feature_cells", options.feature_cells, 0, 100},
+        {"gap_levels", double(options.gap_levels), 0, 20},
+        {"max_level", double(options.max_level), 0, 20},
+        {"rings", double(options.rings), 1, 20},
+        {"surface_rings", double(options.surface_rings), 0, 20},
+        {"surface_layers", double(options.surface_layers), 0, 20},
+        {"target_cells", options.target_cells, 0, 1e10},
+        {"base_size", options.initial.base_size, 0, 1e300},
+    }};
+    for (const NumberRange& range : ranges)
+        if (!(range.value >= range.low && range.value <= range.high))
+            return usage(range.option, fmt::format("must be in {}..{}", range.low, range.high));
+    if (Status ok = check_target(options.surface, "surface"); !ok) return ok;
+    for (const PatchTarget& entry : options.patches) {
+        if (Status ok = check_target(entry.target, "patch '" + entry.patch + "'"); !ok) return ok;
+        if (!entry.target.is_given()) return usage("patch '" + entry.patch + "'", "has no target size");
     }
-
-  private:
-    /// Trimming leaves a staircase of cells that the surface cuts and of their neighbours: all of one level.
-    void surround_surface() {
-        if (options_.surface_layers == 0) return;
-        std::vector<Index> on_surface;
-        for (const CellElements& cells : cells_)
-            for (Index node : cells.node)
-                if (node != kNoIndex) on_surface.push_back(node);
-        const RefineCount count =
-            out_.refinement.surround(on_surface, options_.surface_layers, options_.max_cells);
-        if (count.over_budget) out_.stats.budget_refused += on_surface.size();
-        out_.stats.layers = count.balance;
+    for (const CurveTarget& entry : options.curves) {
+        if (Status ok = check_target(entry.target, "curve"); !ok) return ok;
+        if (!entry.target.is_given()) return usage("curve", "has no target size");
     }
-
-    bool refine_level(int level) {
-        CellElements& cells = cells_[level];
-        const std::vector<RefineCriterion> why = ask_all(cells);
-        std::vector<std::uint8_t> marked(cells.node.size(), 0);
-        for (std::size_t row = 0; row < why.size(); ++row) marked[row] = why[row] != RefineCriterion::count;
-        const std::size_t asked = static_cast<std::size_t>(std::count(marked.begin(), marked.end(), 1));
-        if (asked == 0) return false;
-        spread(cells, marked);
-        std::vector<RefineRequest> requests;
-        for (std::size_t row = 0; row < marked.size(); ++row)
-            if (marked[row]) requests.push_back({cells.node[row], out_.mask});
-        const RefineCount count = out_.refinement.refine(requests, options_.rings, options_.max_cells);
-        if (count.over_budget) {
-            out_.stats.budget_refused += requests.size();
-            return false;
-        }
-        for (RefineCriterion criterion : why)
-            if (criterion != RefineCriterion::count) ++out_.stats.split[static_cast<std::size_t>(criterion)];
-        out_.stats.spread += requests.size() - asked;
-        out_.stats.balance += count.balance;
-        for (int k = 0; k <= level; ++k)
-            descend(out_.refinement, surface_, context_.parallel(), cells_[k], cells_[k + 1]);
-        return true;
-    }
-
-    std::vector<RefineCriterion> ask_all(const CellElements& cells) const {
-        std::vector<RefineCriterion> why(cells.node.size(), RefineCriterion::count);
-        context_.parallel().for_each(cells.node.size(), 64, [&](std::size_t row) {
-            if (cells.node[row] != kNoIndex)
-                why[row] = criteria_.ask(out_.refinement, cells.node[row], cells.elements[row], surface_);
-        });
-        return why;
-    }
-
-    /// Marks the cells of this level on the surface within surface_rings of a marked one, so that fewer
-    /// fronts between levels run along the wall.
-    void spread(const CellElements& cells, std::vector<std::uint8_t>& marked) const {
-        std::vector<std::uint8_t> near(out_.refinement.vertex_count(), 0);
-        for (int ring = 0; ring < options_.surface_rings; ++ring) {
-            for (std::size_t row = 0; row < marked.size(); ++row)
-                if (marked[row])
-                    for (Index v : out_.refinement.node(cells.node[row]).vertices) near[v] = 1;
-            for (std::size_t row = 0; row < marked.size(); ++row) {
-                if (marked[row] || cells.node[row] == kNoIndex) continue;
-                const Cell& cell = out_.refinement.node(cells.node[row]).vertices;
-                marked[row] = std::any_of(cell.begin(), cell.end(), [&](Index v) { return near[v] != 0; });
-            }
-        }
-    }
-
-    const SurfaceElements& surface_;
-    const SurfaceCriteria& criteria_;
-    const RefineOptions& options_;
-    RefineOutput& out_;
-    Context& context_;
-    std::vector<CellElements> cells_; ///< by level
-};
+    for (const RegionTarget& region : options.regions)
+        if (Status ok = check_target(region.target, "region"); !ok) return ok;
+    const InitialMeshOptions& initial = options.initial;
+    const bool counted = initial.cells != std::array<Index, 3>{0, 0, 0};
+    if (initial.mesh && (initial.box || counted || initial.base_size > 0))
+        return usage("initial mesh", "a mesh excludes a box, counts of cells and a base size");
+    if (counted && initial.base_size > 0) return usage("base_size", "excludes counts of cells");
+    return Done{};
+}
 
 void rebuild(RefineOutput& out, Context& context) {
     LeafMesh leaves = out.refinement.leaf_mesh(context.parallel());
@@ -151,32 +102,112 @@ void rebuild(RefineOutput& out, Context& context) {
     }
 }
 
-double longest_root_edge(const CellRefinement& refinement) {
+double longest_root_edge(const CellRefinement& refinement, AxisMask mask) {
     double longest = 0;
     for (Index root = 0; root < refinement.root_count(); ++root)
-        longest = std::max(longest, node_size(refinement, root));
+        longest = std::max(longest, node_size(refinement, root, mask));
     return longest;
 }
+
+/// Leaves not yet made into a mesh.
+struct Trial {
+    RefineOutput out;
+    double cells_inside; ///< estimate, with one layer of buffer cells
+};
+
+/// Fraction of leaves whose centre is inside the domain, from at most some thousands of them.
+double inside_fraction(const Domain& domain, const CellRefinement& refinement, Context& context) {
+    constexpr std::size_t kSamples = 8000;
+    const std::vector<Index> leaves = refinement.leaves();
+    const std::size_t step = std::max<std::size_t>(1, leaves.size() / kSamples), count = leaves.size() / step;
+    const auto is_inside = [&](std::size_t i) {
+        Point centre(0);
+        for (Index v : refinement.node(leaves[i * step + step / 2]).vertices)
+            centre += refinement.position(v) / 8.0;
+        const Projection nearest = domain.model.project_patch(kNoIndex, centre);
+        return glm::dot(centre - nearest.point, nearest.direction) < 0;
+    };
+    const auto inside = context.parallel().reduce<std::size_t>(
+        count, 256, 0,
+        [&](std::size_t begin, std::size_t end) {
+            std::size_t sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += is_inside(i);
+            return sum;
+        },
+        [](std::size_t a, std::size_t b) { return a + b; });
+    return static_cast<double>(inside) / static_cast<double>(count);
+}
+
+class Run {
+  public:
+    Run(const Domain& domain, const RefineOptions& options, Context& context)
+        : domain_(domain), options_(options), context_(context), surface_(domain, options.planar) {}
+
+    Result<Trial> refine_to(const TargetSize& size) {
+        Result<HexMesh> mesh = make_initial_mesh(domain_, options_, size);
+        if (!mesh) return mesh.error();
+        Result<CellRefinement> made = CellRefinement::create(std::move(mesh).value(), context_.parallel());
+        if (!made) return made.error();
+        Result<SurfaceCriteria> criteria = SurfaceCriteria::create(domain_, surface_, options_, size);
+        if (!criteria) return criteria.error();
+        Result<Regions> regions = Regions::create(domain_, options_);
+        if (!regions) return regions.error();
+        Trial trial{{std::move(made).value(),
+                     {},
+                     {},
+                     {},
+                     options_.planar ? AxisMask{3} : kAllAxes,
+                     options_.max_cells},
+                    0};
+        RefineOutput& out = trial.out;
+        out.stats.base_size = longest_root_edge(out.refinement, out.mask);
+        out.stats.surface_size = size.level >= 0 ? std::ldexp(out.stats.base_size, -size.level) : size.size;
+        Adaptation adaptation(surface_, *criteria, *regions, options_, out, context_);
+        if (Status ok = adaptation.run(); !ok) return ok.error();
+        const double leaves = static_cast<double>(out.refinement.leaf_count());
+        trial.cells_inside = leaves * inside_fraction(domain_, out.refinement, context_) +
+                             kBufferShare * static_cast<double>(adaptation.cut_leaves().size());
+        return trial;
+    }
+
+    /// The surface's size that gives about the wanted number of cells: one trial of a quarter of them, then
+    /// corrections by the law with which cells on a surface (2-D: on a line) grow.
+    Result<Trial> search() {
+        const double power = options_.planar ? 1 : 0.5;
+        const double wanted = options_.target_cells > 0 ? options_.target_cells
+                              : options_.planar         ? 20e3
+                                                        : 100e3;
+        double size = first_size(domain_, wanted / 4, options_.planar);
+        if (!(size > 0)) return usage("surface", "has no extent");
+        Result<Trial> trial = refine_to({size, -1});
+        for (int round = 0; round < kRounds && trial; ++round) {
+            const double ratio = trial->cells_inside / wanted;
+            if (round > 0 && ratio > 0.6 && ratio < 1.5) break;
+            size *= std::pow(ratio, power);
+            trial = refine_to({size, -1});
+        }
+        return trial;
+    }
+
+  private:
+    static constexpr int kRounds = 3;
+    /// Buffer cells and cells that trimming keeps beyond the centre rule, per cell that the surface cuts.
+    static constexpr double kBufferShare = 0.7;
+
+    const Domain& domain_;
+    const RefineOptions& options_;
+    Context& context_;
+    SurfaceElements surface_;
+};
 
 } // namespace
 
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context) {
     if (Status ok = check_options(options); !ok) return ok.error();
-    Result<Start> start = choose_start(domain, options);
-    if (!start) return start.error();
-    Result<CellRefinement> made = CellRefinement::create(std::move(start->mesh), context.parallel());
-    if (!made) return made.error();
-    Result<SurfaceCriteria> criteria = SurfaceCriteria::create(domain, options, start->surface);
-    if (!criteria) return criteria.error();
-    RefineOutput out{
-        std::move(made).value(), {}, {}, {}, options.planar ? AxisMask{3} : kAllAxes, options.rings,
-        options.max_cells};
-    out.stats.base_size = longest_root_edge(out.refinement);
-    out.stats.surface_size = start->surface.level >= 0
-                                 ? std::ldexp(out.stats.base_size, -start->surface.level)
-                                 : start->surface.size;
-    const SurfaceElements surface(domain);
-    if (Status ok = Adaptation(surface, *criteria, options, out, context).run(); !ok) return ok.error();
+    Run run(domain, options, context);
+    Result<Trial> trial = options.surface.is_given() ? run.refine_to(options.surface) : run.search();
+    if (!trial) return trial.error();
+    RefineOutput out = std::move(trial->out);
     rebuild(out, context);
     context.report("refine", 1, fmt::format("{} cells", out.octree.cell_count()));
     return out;
@@ -187,7 +218,7 @@ RefineCount refine_cells(RefineOutput& out, std::span<const Index> cells, Contex
     for (Index cell : cells) requests.push_back({out.leaf_node[cell], out.mask});
     // The front moves as little as the balance allows: these are repairs at the wall.
     const RefineCount count = out.refinement.refine(requests, 1, out.max_cells);
-    if (count.over_budget) out.stats.budget_refused += cells.size();
+    if (count.over_budget) out.stats.repairs_over_budget += cells.size();
     out.stats.balance += count.balance;
     rebuild(out, context);
     return count;

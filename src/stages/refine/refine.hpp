@@ -13,62 +13,109 @@
 namespace hexopt {
 
 /// How small cells are to be: a length in model units, or a number of halvings of the initial mesh. Neither
-/// given: the default of the place where it stands.
+/// given: the default of the place where it stands; both: refused.
 struct TargetSize {
     double size = 0; ///< longest edge of a cell, model units; 0: not given
-    int level = -1;  ///< 0..max_level; -1: not given
+    int level = -1;  ///< 0 or more; -1: not given
 
     bool is_given() const { return size > 0 || level >= 0; }
 };
 
-/// Size near the patches of one name of the input.
+/// Size of the cells that meet the patches of one name of the input.
 struct PatchTarget {
     std::string patch; ///< one of Domain::names
     TargetSize target;
 };
 
+/// Size of the cells that meet feature curves.
+struct CurveTarget {
+    std::string patch, other_patch; ///< curves that have these beside them; empty: any patch
+    TargetSize target;
+};
+
+enum class RegionShape : std::uint8_t { box, sphere, cylinder, patch };
+
+/// Size of the cells inside a shape or within a distance of it.
+struct RegionTarget {
+    RegionShape shape = RegionShape::box;
+    Point low = Point(0);  ///< box: lower bounds; sphere: centre; cylinder: one end of its axis
+    Point high = Point(0); ///< box: upper bounds; cylinder: the other end of its axis
+    double radius = 0;     ///< sphere, cylinder; model units
+    std::string patch;     ///< patch: its name, empty for the whole surface
+    double distance = 0;   ///< how far outside of the shape the size still holds, model units
+    TargetSize target;
+};
+
 /// The mesh that refinement starts from (thesis 3.3). Nothing given: a box round the surface whose cells are
-/// almost cubes of `base_size`.
+/// almost cubes, placed such that none of their planes is a plane at the surface's ends.
 struct InitialMeshOptions {
     std::array<Index, 3> cells = {0, 0, 0}; ///< along each axis; {0,0,0}: from base_size
     std::optional<Box> box;                 ///< the user's box; it may cut the surface
-    std::optional<HexMesh> mesh;            ///< any conforming mesh, then `box` and `cells` are not looked at
-    double base_size = 0; ///< edge of a cell, model units; 0: a power of two times the surface's size
+    std::optional<HexMesh> mesh; ///< any conforming mesh; excludes the others. 2-D: zeta is across the plane
+    double base_size = 0;        ///< edge of a cell, model units; 0: a power of two times the surface's size
 };
 
 /// What is refined and how far (thesis 3.4, figure 3.6). Sizes bound a cell's longest edge from above.
 struct RefineOptions {
     InitialMeshOptions initial;
-    TargetSize surface;               ///< cells that meet the surface; not given: chosen by target_cells
-    double target_cells = 100e3;      ///< about how many cells inside the domain the default size aims at
-    std::vector<PatchTarget> patches; ///< finer or coarser than `surface`, by patch
+    TargetSize surface; ///< of cells that meet the surface; not given: found by target_cells
+    /// How many cells the mesh shall have inside the domain, roughly, buffer layers included, where the
+    /// surface's size is not given; 0: 100,000, in 2-D 20,000.
+    double target_cells = 0;
+    std::vector<PatchTarget> patches; ///< instead of `surface`
+    std::vector<CurveTarget> curves;  ///< where finer than the patches
+    std::vector<RegionTarget> regions;
+
     /// A cell that meets the surface is split while the normals (interpolated, within a patch) of its piece
-    /// turn by more, degrees, 0..180; 180: never.
+    /// turn by more, degrees, 1..180; 180: never.
     double normal_angle_deg = 30;
-    int curvature_levels = 2; ///< how many levels the criterion of normals may add to the surface's size
-    int max_level = 0;        ///< halvings of the initial mesh, 0: as many as there are
-    std::size_t max_cells = 20'000'000; ///< refinement ends before it would have more
+    int curvature_levels = 2; ///< how many levels that may add to the patch's size, 0..20
+    /// Least number of cells from a point of the surface along its normal to the surface on the other side,
+    /// through the mesh (gap) and outside of it (wall); 0: not looked at. 0..100
+    double gap_cells = 3;
+    double wall_cells = 2;
+    /// Least number of cells between curves that share no corner, along a curve and across a patch, 0..100;
+    /// 0: not looked at. A closed curve gets three times as many.
+    double feature_cells = 3;
+    int gap_levels = 2; ///< how many levels gaps, walls and features may add to the patch's size, 0..20
+
+    int max_level = 0;                  ///< halvings of the initial mesh; 0: as many as its numbering has
+    std::size_t max_cells = 20'000'000; ///< leaves, also those outside of the domain
     int rings = 2; ///< cells of a level between the next finer and the next coarser one, 1..20
-    int surface_rings =
-        2; ///< a cell split by its shape takes those on the surface along that are so near, 0..20
+    /// A cell on the surface that is split takes along those on the surface within so many cells, 0..20.
+    int surface_rings = 2;
     int surface_layers = 1; ///< cells round those on the surface that are no larger than these, 0..20
-    bool planar = false;    ///< 2-D: cells are never split along z
+    bool planar = false;    ///< 2-D: cells are never split along z; faces across z and curves ask for nothing
 };
 
-enum class RefineCriterion : std::uint8_t { surface_size, normal_angle, count };
+enum class RefineCriterion : std::uint8_t {
+    surface_size,
+    curve_size,
+    region,
+    normal_angle,
+    gap,
+    feature,
+    count ///< none
+};
+inline constexpr std::size_t kCriterionCount = static_cast<std::size_t>(RefineCriterion::count);
+/// Short stable name, e.g. "surface_size".
 const char* name_of(RefineCriterion criterion);
 
 struct RefineStats {
     std::vector<std::size_t> level_cells; ///< leaves of each level
-    /// Cells split because of each criterion (the first in this order that asks), of their neighbours on the
-    /// surface, and of the balance.
-    std::array<std::size_t, static_cast<std::size_t>(RefineCriterion::count)> split = {};
-    std::size_t spread = 0;
-    std::size_t layers = 0; ///< by surface_layers
-    std::size_t balance = 0;
-    std::size_t budget_refused = 0; ///< cells that would have been split but for max_cells
-    double surface_size = 0;        ///< what TargetSize of `surface` came to, model units
-    double base_size = 0;           ///< longest edge of the initial mesh, model units
+    /// Cells split because of each criterion: the first in their order that asks.
+    std::array<std::size_t, kCriterionCount> split = {};
+    std::size_t spread = 0;  ///< split by surface_rings
+    std::size_t layers = 0;  ///< by surface_layers
+    std::size_t balance = 0; ///< by the balance and `rings`
+    /// Cells that a criterion would have split but for max_cells. When a level does not fit, the criteria are
+    /// given up one by one from the last of RefineCriterion, each for the rest of the run.
+    std::array<std::size_t, kCriterionCount> over_budget = {};
+    std::size_t repairs_over_budget = 0; ///< cells that refine_cells() did not split for it
+    double surface_size = 0;             ///< largest edge that `surface` allows, model units
+    double base_size = 0;                ///< longest edge of the initial mesh, model units
+
+    bool budget_hit() const;
 };
 
 struct RefineOutput {
@@ -77,17 +124,17 @@ struct RefineOutput {
     std::vector<Index> leaf_node; ///< per cell of `octree`: node of `refinement`
     RefineStats stats;
     AxisMask mask = kAllAxes;  ///< what a cell is split along
-    int rings = 1;             ///< as in the options
     std::size_t max_cells = 0; ///< as in the options
 };
 
 /// Adapts the initial mesh to the domain. Cells in depth-first order; same input, same bits for any number of
-/// threads. Errors: usage (an option out of range, an unknown patch), bad_input (an initial mesh that is
-/// not sound or has hanging vertices), cancelled.
+/// threads. Errors: usage (an option out of range, an unknown patch, a region without extent), bad_input (an
+/// initial mesh that is not sound or has hanging vertices), cancelled.
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context);
 
 /// Splits named cells of out.octree (repairs of later stages ask for that) and what the balance needs, and
-/// replaces octree and leaf_node. Cells beyond the budget or the last level are counted as refused.
+/// replaces octree and leaf_node. Cells at the last level are counted as refused; where max_cells would be
+/// passed nothing is split.
 RefineCount refine_cells(RefineOutput& out, std::span<const Index> cells, Context& context);
 
 } // namespace hexopt

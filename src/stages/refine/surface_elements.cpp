@@ -1,13 +1,22 @@
 #include "stages/refine/surface_elements.hpp"
 
-#include "mesh/hex_reference.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numeric>
 
 namespace hexopt {
+
+SurfaceElements::SurfaceElements(const Domain& domain, bool planar)
+    : model_(domain.model), triangles_(static_cast<Index>(domain.model.triangle_count())), planar_(planar) {}
+
+bool SurfaceElements::is_seen(Index element) const {
+    if (!planar_) return true;
+    if (!is_triangle(element)) return false;
+    const auto& x = model_.triangle(element);
+    const Point cross = glm::cross(x[1] - x[0], x[2] - x[0]);
+    return std::abs(cross.z) < 0.99 * glm::length(cross);
+}
 
 namespace {
 
@@ -77,17 +86,6 @@ Box node_box(const CellRefinement& refinement, Index node) {
     return box;
 }
 
-double node_size(const CellRefinement& refinement, Index node) {
-    double longest = 0;
-    const Cell& cell = refinement.node(node).vertices;
-    for (const auto& edge : hex::kEdgeVertex) {
-        const double length =
-            glm::distance(refinement.position(cell[edge[0]]), refinement.position(cell[edge[1]]));
-        longest = std::max(longest, length);
-    }
-    return longest;
-}
-
 namespace {
 
 /// Hands elements down a hierarchy of groups of roots.
@@ -118,7 +116,8 @@ class RootDistribution {
         }
         std::vector<Index> inside;
         for (Index element : elements)
-            if (triangle_meets_box(surface_.corners(element), box)) inside.push_back(element);
+            if (surface_.is_seen(element) && triangle_meets_box(surface_.corners(element), box))
+                inside.push_back(element);
         if (inside.empty()) return;
         if (roots.size() == 1) {
             list_[roots[0]] = std::move(inside);

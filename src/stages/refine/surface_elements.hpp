@@ -13,9 +13,10 @@ namespace hexopt {
 /// The triangles and curve segments of a domain under one numbering: triangles first.
 class SurfaceElements {
   public:
-    explicit SurfaceElements(const Domain& domain)
-        : model_(domain.model), triangles_(static_cast<Index>(domain.model.triangle_count())) {}
+    /// planar: triangles that face z and all segments are not seen by any cell.
+    SurfaceElements(const Domain& domain, bool planar);
 
+    bool is_seen(Index element) const;
     Index count() const { return triangles_ + static_cast<Index>(model_.segment_count()); }
     bool is_triangle(Index element) const { return element < triangles_; }
     Index segment_of(Index element) const { return element - triangles_; }
@@ -30,6 +31,7 @@ class SurfaceElements {
   private:
     const BoundaryModel& model_;
     Index triangles_;
+    bool planar_;
 };
 
 /// Whether a triangle meets a closed box, by the thirteen axes that can separate them; the box is widened
@@ -45,8 +47,6 @@ ClippedTriangle clip_triangle(const std::array<Point, 3>& triangle, const Box& b
 
 /// Bounding box of a cell of the hierarchy.
 Box node_box(const CellRefinement& refinement, Index node);
-/// Longest edge of a cell of the hierarchy, model units.
-double node_size(const CellRefinement& refinement, Index node);
 
 /// The elements that meet the bounding boxes of cells; rows are appended as cells are cut.
 struct CellElements {

@@ -1,0 +1,105 @@
+#include "stages/refine/regions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace hexopt {
+
+namespace {
+
+/// Distances to filled shapes; 0 inside.
+double box_distance(const Box& box, const Point& x) {
+    return glm::length(glm::max(glm::max(box.low - x, x - box.high), Point(0)));
+}
+
+double cylinder_distance(const Point& from, const Point& to, double radius, const Point& x) {
+    const double length = glm::distance(from, to);
+    const Point axis = (to - from) / length;
+    const double along = glm::dot(x - from, axis);
+    const double beyond = std::max({0.0, -along, along - length});
+    const double outside = std::max(0.0, glm::length(x - from - along * axis) - radius);
+    return std::hypot(beyond, outside);
+}
+
+bool is_finite(const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+/// What is wrong with a region; empty if nothing is.
+const char* find_fault(const RegionTarget& region) {
+    if (!region.target.is_given()) return "has no target size";
+    if (!(region.distance >= 0) || !std::isfinite(region.distance))
+        return "distance must be finite, not negative";
+    if (!is_finite(region.low) || !is_finite(region.high) || !std::isfinite(region.radius))
+        return "coordinates must be finite";
+    switch (region.shape) {
+    case RegionShape::box:
+        for (int d = 0; d < 3; ++d)
+            if (!(region.low[d] <= region.high[d])) return "box: a lower bound lies above the upper one";
+        break;
+    case RegionShape::sphere:
+        if (!(region.radius > 0)) return "sphere: radius must be positive";
+        break;
+    case RegionShape::cylinder:
+        if (!(region.radius > 0)) return "cylinder: radius must be positive";
+        if (region.low == region.high) return "cylinder: the ends of its axis are the same point";
+        break;
+    case RegionShape::patch:
+        break;
+    }
+    return "";
+}
+
+} // namespace
+
+Result<Regions> Regions::create(const Domain& domain, const RefineOptions& options) {
+    Regions regions(domain);
+    for (std::size_t r = 0; r < options.regions.size(); ++r) {
+        const RegionTarget& target = options.regions[r];
+        const std::string where = "region " + std::to_string(r + 1);
+        if (const std::string fault = find_fault(target); !fault.empty())
+            return make_error(ErrorCode::usage, "refine", where, fault);
+        Region region{target, goal_of(target.target), {}};
+        if (target.shape == RegionShape::patch && !target.patch.empty()) {
+            region.patches = patches_of_name(domain, target.patch);
+            if (region.patches.empty())
+                return make_error(ErrorCode::usage, "refine", where,
+                                  "the surface has no patch '" + target.patch + "'");
+        } else {
+            region.patches = {kNoIndex};
+        }
+        regions.regions_.push_back(std::move(region));
+    }
+    return regions;
+}
+
+double Regions::distance(const Region& region, const Point& at, double reach) const {
+    const RegionTarget& target = region.target;
+    switch (target.shape) {
+    case RegionShape::box:
+        return box_distance({target.low, target.high}, at);
+    case RegionShape::sphere:
+        return std::max(0.0, glm::distance(target.low, at) - target.radius);
+    case RegionShape::cylinder:
+        return cylinder_distance(target.low, target.high, target.radius, at);
+    case RegionShape::patch:
+        break;
+    }
+    double nearest = reach;
+    for (Index patch : region.patches)
+        nearest = std::min(nearest, domain_->model.project_patch(patch, at).distance);
+    return nearest;
+}
+
+bool Regions::wants_split(const CellRefinement& refinement, Index node, AxisMask mask) const {
+    const Box box = node_box(refinement, node);
+    const double size = node_size(refinement, node, mask), half = glm::distance(box.low, box.high) / 2;
+    const int depth = refinement.node(node).depth();
+    return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) {
+        if (!region.goal.wants_split(size, depth)) return false;
+        const double reach = region.target.distance + half;
+        return distance(region, box.centre(), 2 * reach) <= reach;
+    });
+}
+
+} // namespace hexopt

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "stages/refine/criteria.hpp"
+
+namespace hexopt {
+
+/// The regions of a run. Thread-safe.
+class Regions {
+  public:
+    /// Errors (usage): a region without extent or target, an unknown patch.
+    static Result<Regions> create(const Domain& domain, const RefineOptions& options);
+
+    bool empty() const { return regions_.empty(); }
+    /// Whether a cell that may meet a region is larger than it allows. Conservative: the cell counts as the
+    /// ball round its bounding box.
+    bool wants_split(const CellRefinement& refinement, Index node, AxisMask mask) const;
+
+  private:
+    struct Region {
+        RegionTarget target;
+        Goal goal;
+        std::vector<Index> patches; ///< RegionShape::patch
+    };
+    explicit Regions(const Domain& domain) : domain_(&domain) {}
+    double distance(const Region& region, const Point& at, double reach) const;
+
+    const Domain* domain_;
+    std::vector<Region> regions_;
+};
+
+} // namespace hexopt
