@@ -144,6 +144,28 @@ TEST_CASE("buffer: neighbours of other patches without a ridge stay one group") 
     for (const FittedMesh::RidgeEdge& ridge : out->fitted.ridges) CHECK(ridge.curve != lost);
 }
 
+TEST_CASE("buffer: the sides of a ridge that ends inside a patch are told apart") {
+    FittedShape prism = make_l_prism(4);
+    Index concave = 0;
+    while (prism.domain.angle[concave].largest < 200) ++concave;
+    // The upper half of the concave ridge fades out: its end becomes a corner, the rest part of a patch.
+    const double end = 4;
+    const Index patch = prism.domain.curve_patch[concave][0];
+    FittedMesh& fitted = prism.fitted;
+    std::erase_if(fitted.ridges, [&](const FittedMesh::RidgeEdge& ridge) {
+        return ridge.curve == concave &&
+               std::max(fitted.mesh.positions[ridge.a].z, fitted.mesh.positions[ridge.b].z) > end + 0.5;
+    });
+    for (Index v = 0; v < fitted.mesh.vertex_count(); ++v)
+        if (fitted.association[v] == Association{EntityKind::curve, concave} &&
+            fitted.mesh.positions[v].z > end + 0.5)
+            fitted.association[v] = {EntityKind::patch, patch};
+    const BufferOutput out = insert(prism);
+    CHECK(out.report.pillows == 2);
+    CHECK(ridge_edges(out, 2, 4) == ridge_edges(out, 2));
+    CHECK(ridge_edges(out, 2) >= 4);
+}
+
 TEST_CASE("buffer: the same mesh for any number of threads") {
     const FittedShape slab = make_box_on_slab(3);
     const BufferOutput first = insert(slab, {}, 1);
@@ -188,6 +210,10 @@ TEST_CASE("buffer: what does not fit is refused") {
         BufferOptions options;
         options.join_deg = -1;
         CHECK(code(cube.fitted, options) == ErrorCode::usage);
+        options = {};
+        options.band_quads = 0;
+        CHECK(code(cube.fitted, options) == ErrorCode::usage);
+        options = {};
         options.join_deg = std::numeric_limits<double>::quiet_NaN();
         CHECK(code(cube.fitted, options) == ErrorCode::usage);
     }

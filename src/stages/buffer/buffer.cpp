@@ -1,6 +1,7 @@
 #include "stages/buffer/buffer.hpp"
 
 #include "stages/buffer/buffer_counts.hpp"
+#include "stages/buffer/relax_layers.hpp"
 #include "stages/buffer/surface_regions.hpp"
 
 #include <cassert>
@@ -11,6 +12,7 @@ namespace hexopt {
 namespace {
 
 constexpr const char* kStage = "buffer";
+constexpr int kRelaxRings = 1; ///< old vertices that move with the new ones
 
 /// A sheet to be inserted under all quads of its regions.
 struct RegionSheet {
@@ -29,6 +31,8 @@ Status check_options(const BufferOptions& options) {
     if (!within(options.join_deg, 360) || !within(options.pillow_deg, 361) ||
         !within(options.corner_deg, 180))
         return make_error(ErrorCode::usage, kStage, "", "an angle is out of range");
+    if (options.relax_sweeps < 0 || options.band_quads < 1)
+        return make_error(ErrorCode::usage, kStage, "", "sweeps must be 0 or more and bands a quad wide");
     return Done{};
 }
 
@@ -167,22 +171,19 @@ class BufferRun {
   public:
     BufferRun(SheetMesh mesh, const Domain& domain, const BufferOptions& options, Context& context)
         : mesh_(std::move(mesh)), domain_(domain), options_(options), context_(context),
-          regions_(find_regions(mesh_)), patches_(regions_.count) {
-        for (const SurfaceQuad& quad : mesh_.surface)
-            if (quad.patch != kNoIndex) patches_[quad.region].push_back(quad.patch);
-        for (std::vector<Index>& list : patches_) {
-            std::sort(list.begin(), list.end());
-            list.erase(std::unique(list.begin(), list.end()), list.end());
-        }
-    }
+          regions_(find_regions(mesh_)), patches_(find_patches()) {}
 
     void run() {
         report_.before = count_for_buffers(mesh_, domain_);
         insert_groups();
         context_.report(kStage, 0.4);
+        cut_at_loose_ridges(mesh_, regions_, options_.band_quads);
+        patches_ = find_patches();
         if (options_.method == BufferMethod::groups) insert_pillows();
         context_.report(kStage, 0.7);
         insert_collars();
+        relax_layers(mesh_, report_.before.vertices, options_.relax_sweeps, kRelaxRings, domain_.model,
+                     context_.parallel());
         report_.after = count_for_buffers(mesh_, domain_);
         context_.report(kStage, 1);
     }
@@ -191,6 +192,18 @@ class BufferRun {
     BufferReport& report() { return report_; }
 
   private:
+    /// Patches of each region, rising.
+    std::vector<std::vector<Index>> find_patches() const {
+        std::vector<std::vector<Index>> patches(regions_.count);
+        for (const SurfaceQuad& quad : mesh_.surface)
+            if (quad.patch != kNoIndex) patches[quad.region].push_back(quad.patch);
+        for (std::vector<Index>& list : patches) {
+            std::sort(list.begin(), list.end());
+            list.erase(std::unique(list.begin(), list.end()), list.end());
+        }
+        return patches;
+    }
+
     std::vector<RegionSheet> sheets_of(const std::vector<Index>& number) const {
         std::vector<RegionSheet> sheets;
         for (Index region = 0; region < number.size(); ++region) {
@@ -242,8 +255,16 @@ class BufferRun {
         for (const SurfaceRegions::Border& border : regions_.borders)
             if (is_sharp(border)) beside[border.a] = beside[border.b] = 1;
         RegionGroups groups(regions_.count);
-        for (const SurfaceRegions::Border& border : regions_.borders)
-            if (!is_sharp(border) && beside[border.a] && beside[border.b]) groups.join(border.a, border.b);
+        for (const SurfaceRegions::Border& border : regions_.borders) {
+            if (is_sharp(border) || !beside[border.a] || !beside[border.b]) continue;
+            const Index a = groups.find(border.a), b = groups.find(border.b);
+            const bool opposed = std::any_of(
+                regions_.borders.begin(), regions_.borders.end(), [&](const SurfaceRegions::Border& other) {
+                    const Index c = groups.find(other.a), d = groups.find(other.b);
+                    return is_sharp(other) && ((c == a && d == b) || (c == b && d == a));
+                });
+            if (!opposed) groups.join(a, b);
+        }
         std::vector<Index> number(regions_.count, kNoIndex), of_group(regions_.count, kNoIndex);
         Index next = 0;
         for (Index region = 0; region < regions_.count; ++region) {

@@ -112,6 +112,123 @@ SurfaceRegions find_regions(SheetMesh& mesh) {
     return regions;
 }
 
+std::vector<SurfaceRegions::Border> find_borders(const SheetMesh& mesh) {
+    const RidgeFinder ridges(mesh);
+    std::vector<SurfaceRegions::Border> borders;
+    for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), [&](std::span<const EdgeUse> uses) {
+        if (uses.size() != 2) return;
+        const Index curve = ridges.curve_of(uses[0].edge);
+        if (curve == kNoIndex) return;
+        const auto [a, b] = std::minmax(mesh.surface[uses[0].quad].region, mesh.surface[uses[1].quad].region);
+        borders.push_back({a, b, curve});
+    });
+    std::sort(borders.begin(), borders.end());
+    borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
+    return borders;
+}
+
+namespace {
+
+/// Bands of quads on either side of loose ridges.
+class LooseRidges {
+  public:
+    explicit LooseRidges(const SheetMesh& mesh)
+        : mesh_(mesh), band_(static_cast<Index>(mesh.surface.size())), ridge_ends_(mesh.positions.size(), 0),
+          in_band_(mesh.surface.size(), 0) {
+        const RidgeFinder ridges(mesh);
+        for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits),
+                      [&](std::span<const EdgeUse> uses) {
+                          if (uses.size() != 2) return;
+                          const Side side{uses[0].edge, uses[0].quad, uses[1].quad};
+                          if (ridges.curve_of(side.edge) == kNoIndex)
+                              inner_.push_back(side);
+                          else if (mesh.surface[side.a].region == mesh.surface[side.b].region)
+                              loose_.push_back(side);
+                          if (ridges.curve_of(side.edge) == kNoIndex) return;
+                          for (Index v : {low_of(side.edge), high_of(side.edge)})
+                              if (ridge_ends_[v] < 2) ++ridge_ends_[v];
+                      });
+    }
+
+    bool empty() const { return loose_.empty(); }
+
+    /// Quads beside the ridges, joined round the ridges' inner vertices; then `rings` - 1 rings more.
+    void find(int rings) {
+        std::vector<std::uint8_t> on_loose(mesh_.positions.size(), 0);
+        for (const Side& side : loose_) {
+            in_band_[side.a] = in_band_[side.b] = 1;
+            for (Index v : {low_of(side.edge), high_of(side.edge)})
+                if (ridge_ends_[v] > 1) on_loose[v] = 1;
+        }
+        for (const Side& side : inner_)
+            if (on_loose[low_of(side.edge)] || on_loose[high_of(side.edge)]) {
+                in_band_[side.a] = in_band_[side.b] = 1;
+                band_.join(side.a, side.b);
+            }
+        drop_joined_sides();
+        for (int ring = 1; ring < rings; ++ring) widen();
+    }
+
+    /// Per quad: its band, numbered from 0; kNoIndex outside.
+    std::vector<Index> numbers(Index& count) const {
+        std::vector<Index> number(mesh_.surface.size(), kNoIndex), of_root(mesh_.surface.size(), kNoIndex);
+        count = 0;
+        for (Index q = 0; q < number.size(); ++q) {
+            if (!in_band_[q]) continue;
+            Index& n = of_root[band_.find(q)];
+            if (n == kNoIndex) n = count++;
+            number[q] = n;
+        }
+        return number;
+    }
+
+  private:
+    struct Side {
+        EdgeKey edge;
+        Index a, b; ///< the quads beside it
+    };
+
+    void drop_joined_sides() {
+        std::vector<std::uint8_t> dropped(mesh_.surface.size(), 0);
+        for (const Side& side : loose_)
+            if (band_.find(side.a) == band_.find(side.b)) dropped[band_.find(side.a)] = 1;
+        for (Index q = 0; q < in_band_.size(); ++q)
+            if (in_band_[q] && dropped[band_.find(q)]) in_band_[q] = 0;
+    }
+
+    void widen() {
+        const std::vector<std::uint8_t> before = in_band_;
+        for (const Side& side : inner_) {
+            if (before[side.a] && !in_band_[side.b]) take(side.b, side.a);
+            if (before[side.b] && !in_band_[side.a]) take(side.a, side.b);
+        }
+    }
+    void take(Index quad, Index from) {
+        in_band_[quad] = 1;
+        band_.join(quad, from);
+    }
+
+    const SheetMesh& mesh_;
+    RegionGroups band_; ///< of quads
+    std::vector<Side> inner_, loose_;
+    std::vector<std::uint8_t> ridge_ends_; ///< per vertex: ridge edges there, 2: two or more
+    std::vector<std::uint8_t> in_band_;    ///< per quad
+};
+
+} // namespace
+
+void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings) {
+    LooseRidges ridges(mesh);
+    if (ridges.empty()) return;
+    ridges.find(rings);
+    Index bands = 0;
+    const std::vector<Index> number = ridges.numbers(bands);
+    for (Index q = 0; q < mesh.surface.size(); ++q)
+        if (number[q] != kNoIndex) mesh.surface[q].region = regions.count + number[q];
+    regions.count += bands;
+    regions.borders = find_borders(mesh);
+}
+
 RegionGroups::RegionGroups(Index region_count) : parent_(region_count) {
     std::iota(parent_.begin(), parent_.end(), Index{0});
 }

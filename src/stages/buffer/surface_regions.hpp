@@ -20,6 +20,14 @@ struct SurfaceRegions {
 /// Numbers the regions by their first quad and writes them into mesh.surface.
 SurfaceRegions find_regions(SheetMesh& mesh);
 
+/// Borders between the regions that are written in mesh.surface.
+std::vector<SurfaceRegions::Border> find_borders(const SheetMesh& mesh);
+
+/// Gives the surface on either side of ridges that end inside a region (a feature that fades out) regions of
+/// its own, `rings` quads wide, so that sheets can tell the sides apart. Where both sides hang together
+/// beside the ridge nothing is cut.
+void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings);
+
 /// Sets of regions, as numbers 0..count-1 by their lowest region.
 class RegionGroups {
   public:
