@@ -132,7 +132,7 @@ class RayVotes {
         for (std::size_t s = 0; s < samples_; ++s) {
             std::size_t met = 0;
             tree_.visit_line(sampler.draw(random).second, random_direction(random), 0, far_,
-                             [&](Index t, double) { met += unit_of_[t] != u; });
+                             [&](Index t, double, bool) { met += unit_of_[t] != u; });
             odd += met % 2;
         }
         const bool cavity = 10 * odd > 9 * samples_ && !touches_others(u);
@@ -144,8 +144,9 @@ class RayVotes {
         bool touches = false;
         for (Index t : units_[u].triangles)
             for (int k = 0; k < 3 && !touches; ++k)
-                tree_.visit_line(corners_[t][k], corners_[t][(k + 1) % 3] - corners_[t][k], 0, 1,
-                                 [&](Index other, double) { touches = touches || unit_of_[other] != u; });
+                tree_.visit_line(
+                    corners_[t][k], corners_[t][(k + 1) % 3] - corners_[t][k], 0, 1,
+                    [&](Index other, double, bool) { touches = touches || unit_of_[other] != u; });
         return touches;
     }
 
@@ -163,7 +164,7 @@ class RayVotes {
             wrong += front && !back;
             inside += front && back;
         }
-        const bool sheet = 10 * inside > 6 * samples_;
+        const bool sheet = 10 * inside > 8 * samples_;
         units_[u].kind = sheet ? UnitKind::sheet : UnitKind::piece;
         units_[u].turn = wrong > right;
     }
@@ -171,7 +172,7 @@ class RayVotes {
     /// Coincident triangles, met at once, do not count: between touching solids both sides are inside.
     bool is_odd(const Point& from, const Point& direction) const {
         std::size_t met = 0;
-        tree_.visit_line(from, direction, 1e-7 * far_, far_, [&](Index, double) { ++met; });
+        tree_.visit_line(from, direction, 1e-7 * far_, far_, [&](Index, double, bool) { ++met; });
         return met % 2 == 1;
     }
 

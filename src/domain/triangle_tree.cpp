@@ -85,6 +85,10 @@ double triangle_winding(const TriangleTree::Corners& x, const Point& p) {
     const double volume = glm::dot(a, glm::cross(b, c));
     const double flat = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
     if (volume == 0) return 0;
+    if (std::abs(volume) < 0.2 * flat) { // most triangles are small: the series errs by 1e-9 at most
+        const double s = volume / flat, s2 = s * s;
+        return s * (1 - s2 * (1.0 / 3 - s2 * (1.0 / 5 - s2 * (1.0 / 7 - s2 / 9)))) / (2 * std::numbers::pi);
+    }
     return std::atan2(volume, flat) / (2 * std::numbers::pi);
 }
 
@@ -117,7 +121,8 @@ bool TriangleTree::meets(const Box& box, const Point& from, const Point& inverse
     return low <= high + slack;
 }
 
-bool TriangleTree::intersect(const Corners& x, const Point& from, const Point& direction, double& t) {
+bool TriangleTree::intersect(const Corners& x, const Point& from, const Point& direction, double& t,
+                             bool& leaving) {
     const Point e1 = x[1] - x[0], e2 = x[2] - x[0];
     const Point h = glm::cross(direction, e2);
     const double det = glm::dot(e1, h);
@@ -129,6 +134,7 @@ bool TriangleTree::intersect(const Corners& x, const Point& from, const Point& d
     const double v = glm::dot(direction, q) / det;
     if (!(v >= 0 && u + v <= 1)) return false;
     t = glm::dot(e2, q) / det;
+    leaving = det < 0;
     return true;
 }
 

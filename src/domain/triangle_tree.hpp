@@ -18,6 +18,8 @@ class TriangleTree {
     explicit TriangleTree(std::span<const Corners> triangles);
 
     std::size_t count() const { return corners_.size(); }
+    /// Of all triangles; empty without any.
+    Box box() const { return nodes_.empty() ? Box{} : nodes_[0].box; }
 
     /// Generalised winding number at p: solid angle of all triangles over 4 pi, 1 inside a closed outward
     /// oriented surface, 0 outside, in between where it has holes. Clusters of triangles farther than `beta`
@@ -37,8 +39,9 @@ class TriangleTree {
                     });
     }
 
-    /// visit(triangle, t) for every triangle that the line from `from` along `direction` meets at
-    /// from + t * direction with low <= t <= high; lines through a triangle's plane are left out.
+    /// visit(triangle, t, leaving) for every triangle that the line from `from` along `direction` meets at
+    /// from + t * direction with low <= t <= high; lines in a triangle's plane are left out. leaving: the
+    /// line goes from behind the counter-clockwise side to before it.
     template <class Visit>
     void visit_line(const Point& from, const Point& direction, double low, double high,
                     const Visit& visit) const {
@@ -46,8 +49,9 @@ class TriangleTree {
         walk([&](const Node& node) { return meets(node.box, from, inverse, low, high); },
              [&](Index item) {
                  double t;
-                 if (intersect(corners_[item], from, direction, t) && t >= low && t <= high)
-                     visit(triangle_[item], t);
+                 bool leaving;
+                 if (intersect(corners_[item], from, direction, t, leaving) && t >= low && t <= high)
+                     visit(triangle_[item], t, leaving);
                  return false;
              });
     }
@@ -69,7 +73,8 @@ class TriangleTree {
                a.low.z <= b.high.z && b.low.z <= a.high.z;
     }
     static bool meets(const Box& box, const Point& from, const Point& inverse, double low, double high);
-    static bool intersect(const Corners& x, const Point& from, const Point& direction, double& t);
+    static bool intersect(const Corners& x, const Point& from, const Point& direction, double& t,
+                          bool& leaving);
 
     template <class Enter, class Leaf>
     bool walk(const Enter& enter, const Leaf& leaf) const {

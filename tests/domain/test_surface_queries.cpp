@@ -153,7 +153,7 @@ TEST_CASE("a body in a box is a cavity however either is oriented, and crossing 
         CHECK_FALSE(queries.is_inside(Point(4, 0, 0)));
         CHECK(queries.crosses_surface(Point(-2, 0, 0), Point(0, 0, 0)));
         CHECK_FALSE(queries.crosses_surface(Point(-2, 2, 2), Point(2, 2, 2)));
-        CHECK(queries.leaves_inside(Point(-2, 0, 0), Point(2, 0, 0)));
+        CHECK(queries.leaves_inside(Point(-2, 0, 0), Point(2, 0, 0), 1e-6));
     }
     TriangleSoup pair = make_sphere_surface(Point(-0.5, 0, 0), 1);
     append_soup(pair, make_sphere_surface(Point(0.5, 0, 0), 1));
@@ -162,11 +162,11 @@ TEST_CASE("a body in a box is a cavity however either is oriented, and crossing 
     CHECK(report.bodies == 2);
     const SurfaceQueries queries(domain.model);
     for (double x : {-1.3, -0.5, 0.0, 0.5, 1.3}) CHECK(queries.is_inside(Point(x, 0.01, 0.02)));
-    CHECK_FALSE(queries.leaves_inside(Point(-1.2, 0.01, 0), Point(1.2, 0.01, 0)));
+    CHECK_FALSE(queries.leaves_inside(Point(-1.2, 0.01, 0), Point(1.2, 0.01, 0), 1e-6));
     const Point overlapped(0.45, 0.01, 0.02); // inside of one, near the other's surface
-    CHECK_FALSE(queries.is_side_changed(overlapped, domain.model.project_patch(kNoIndex, overlapped)));
+    CHECK(queries.is_inside_beyond(overlapped, domain.model.project_patch(kNoIndex, overlapped), 1e-6));
     const Point outer(1.45, 0.01, 0.02);
-    CHECK(queries.is_side_changed(outer, domain.model.project_patch(kNoIndex, outer)));
+    CHECK_FALSE(queries.is_inside_beyond(outer, domain.model.project_patch(kNoIndex, outer), 1e-6));
 }
 
 TEST_CASE("the wall between two solids that touch and fins inside a solid bound nothing") {
@@ -176,7 +176,7 @@ TEST_CASE("the wall between two solids that touch and fins inside a solid bound 
     const Domain joined = domain_of(pair, &report);
     CHECK(report.repeated_triangles == 64);
     CHECK(SurfaceQueries(joined.model).is_inside(Point(1, 0.4, 0.3)));
-    CHECK_FALSE(SurfaceQueries(joined.model).leaves_inside(Point(0.5, 0.4, 0.3), Point(1.5, 0.4, 0.3)));
+    CHECK_FALSE(SurfaceQueries(joined.model).leaves_inside(Point(0.5, 0.4, 0.3), Point(1.5, 0.4, 0.3), 1e-6));
 
     TriangleSoup finned = make_box_surface(Point(0), Point(1));
     add_grid(finned, 2, 2, [](int i, int j) { return Point(0.5, 0.25 * i, 0.25 * j); });

@@ -103,13 +103,14 @@ void measure_cut_cell(const HexMesh& mesh, const SurfaceQueries& queries, Index 
                       CellSides& sides) {
     const Point centre = cell_centre(mesh, c);
     const Projection nearest = queries.model().project_patch(kNoIndex, centre, triangle);
-    const double depth_h = nearest.distance / cell_size(mesh, c);
+    const double h = cell_size(mesh, c);
+    double depth_h = nearest.distance / h;
     sides.cut[c] = 1;
     sides.inside[c] = queries.is_inside(centre);
-    const bool shallow = depth_h < 0.5;
-    const double depth =
-        sides.inside[c] && shallow && !queries.is_side_changed(centre, nearest) ? 1 : depth_h;
-    sides.depth_h[c] = static_cast<float>(sides.inside[c] ? depth : -depth);
+    // The surface is nothing to keep away from where the inside goes on behind it.
+    if (sides.inside[c] && depth_h < 0.5 && queries.is_inside_beyond(centre, nearest, kContact_h * h))
+        depth_h = 1;
+    sides.depth_h[c] = static_cast<float>(sides.inside[c] ? depth_h : -depth_h);
 }
 
 void find_cut_cells(const HexMesh& mesh, const SurfaceQueries& queries, Context& context, CellSides& sides) {

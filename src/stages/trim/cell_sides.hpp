@@ -6,6 +6,10 @@
 
 namespace hexopt::trimming {
 
+/// Surfaces nearer to one another than this are in contact, in cell sizes: float coordinates of files err by
+/// less, and no cell could follow a gap so narrow.
+constexpr double kContact_h = 1e-3;
+
 /// Where the cells of a mesh are with respect to a surface.
 struct CellSides {
     std::vector<std::uint8_t> cut;    ///< per cell: 1 where the surface touches it

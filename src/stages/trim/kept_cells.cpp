@@ -93,7 +93,8 @@ void KeptCells::gather_gaps(Index cell, std::vector<Pair>& pairs) const {
         graph_.visit_behind(cell, f, [&](Index other) {
             const bool twice = sides_.cut[other] && other < cell;
             if (!kept_[other] || twice) return;
-            if (queries_.leaves_inside(cell_centre(mesh_, cell), cell_centre(mesh_, other)))
+            if (queries_.leaves_inside(cell_centre(mesh_, cell), cell_centre(mesh_, other),
+                                       kContact_h * cell_size(mesh_, cell)))
                 pairs.push_back({cell, other});
         });
 }
