@@ -63,8 +63,8 @@ int count_ray(const TriangleTree& tree, const Point& p, const Point& direction, 
 
 } // namespace
 
-SurfaceQueries::SurfaceQueries(const BoundaryModel& model, WindingRange inside)
-    : model_(model), tree_(corners_of(model)), inside_(inside), closed_(has_balanced_edges(model)) {}
+SurfaceQueries::SurfaceQueries(const BoundaryModel& model)
+    : model_(model), tree_(corners_of(model)), closed_(has_balanced_edges(model)) {}
 
 double SurfaceQueries::winding_number(const Point& p) const {
     if (closed_) {

@@ -24,7 +24,9 @@ struct WindingRange {
 class SurfaceQueries {
   public:
     /// The domain's model is kept by reference.
-    explicit SurfaceQueries(const BoundaryModel& model, WindingRange inside = {});
+    explicit SurfaceQueries(const BoundaryModel& model);
+    /// Takes another side of the surface for the inside.
+    void choose_inside(WindingRange inside) { inside_ = inside; }
 
     const BoundaryModel& model() const { return model_; }
     const TriangleTree& triangles() const { return tree_; }
@@ -55,7 +57,7 @@ class SurfaceQueries {
   private:
     const BoundaryModel& model_;
     TriangleTree tree_;
-    WindingRange inside_;
+    WindingRange inside_ = {};
     bool closed_;
 };
 

@@ -165,3 +165,93 @@ TEST_CASE("the same cells are kept for any number of threads") {
     CHECK(one.out.kept.cells == three.out.kept.cells);
     CHECK(one.out.kept.hanging.master == three.out.kept.hanging.master);
 }
+
+TEST_CASE("seeds choose parts and sides of the surface") {
+    TriangleSoup two = make_sphere_surface(Point(-2, 0, 0), 1);
+    append_soup(two, make_sphere_surface(Point(2, 0, 0), 0.7));
+    const Domain domain = domain_of(two);
+    TrimOptions options;
+    CHECK(refine_and_trim(domain, 40, 0, options).out.report.parts == 2);
+    options.part_fraction = 1;
+    const Trimmed largest = refine_and_trim(domain, 40, 0, options);
+    CHECK(largest.out.report.parts == 1);
+    CHECK(largest.out.report.part_cells_dropped > 0);
+    for (const Point& p : largest.out.kept.positions) REQUIRE(p.x < 0);
+    options.seeds = {Point(2.1, 0, 0.1)};
+    const Trimmed right = refine_and_trim(domain, 40, 0, options);
+    for (const Point& p : right.out.kept.positions) REQUIRE(p.x > 0);
+    check_sound(right);
+    options.seeds.push_back(Point(-2, 0, 0));
+    CHECK(refine_and_trim(domain, 40, 0, options).out.report.parts == 2);
+
+    // The hollow of a shell, which is outside of what the shell bounds.
+    TriangleSoup shell = make_sphere_surface(Point(0), 1);
+    append_soup(shell, make_sphere_surface(Point(0), 0.6));
+    options.seeds = {Point(0.1, 0, 0)};
+    const Trimmed hollow = refine_and_trim(domain_of(shell), 30, 0, options);
+    check_sound(hollow);
+    for (const Point& p : hollow.out.kept.positions) REQUIRE(glm::length(p) < 0.7);
+}
+
+TEST_CASE("a leak is refused with a shortest path of cells to the outside") {
+    TriangleSoup holed = make_sphere_surface(Point(0), 1, 16);
+    std::erase_if(holed.triangles, [&](const auto& t) { return holed.vertices[t[0]].z > 0.8; });
+    const Domain domain = domain_of(holed);
+    SurfaceOctree octree = octree_round(surface_box(domain.model), 24);
+    const HexMesh mesh = octree.make(0, [](const Point&, double, int) { return false; });
+    Context context(1);
+    TrimOptions options;
+    options.rule = TrimRule::strict;
+    options.seeds = {Point(0.02, 0.03, 0)};
+    std::vector<Index> path;
+    const Result<TrimOutput> leaking = trim(mesh, domain, options, context, &path);
+    REQUIRE_FALSE(leaking);
+    CHECK(leaking.error().code == ErrorCode::bad_input);
+    CHECK(leaking.error().one_line().find("leaks") != std::string::npos);
+    REQUIRE(path.size() > 5);
+    const double h = 2.0 / 24;
+    CHECK(glm::length(centre_of(mesh, path[0]) - options.seeds[0]) < h);
+    bool through_hole = false;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const Point a = centre_of(mesh, path[i - 1]), b = centre_of(mesh, path[i]);
+        CHECK(std::abs(glm::length(a - b) - h) < 1e-9);
+        if (glm::length(a) < 1 && glm::length(b) >= 1) through_hole = a.z > 0.7;
+    }
+    CHECK(through_hole);
+    // Straight up: the shortest of all.
+    CHECK(path.size() <= std::size_t((surface_box(domain.model).high.z + 2 * h) / h) + 4);
+
+    options.rule = TrimRule::centre; // closes the hole
+    const Result<TrimOutput> closed = trim(mesh, domain, options, context, &path);
+    REQUIRE(closed);
+    CHECK(closed->report.closed_manifold());
+    options.seeds = {Point(1.02, 0.97, -0.95)};
+    const Result<TrimOutput> outside = trim(mesh, domain, options, context, &path);
+    REQUIRE_FALSE(outside);
+    CHECK(outside.error().one_line().find("outside") != std::string::npos);
+    options.seeds = {Point(100, 0, 0)};
+    CHECK_FALSE(trim(mesh, domain, options, context));
+    options.seeds.clear();
+    options.depth_h = 0.6;
+    CHECK(trim(mesh, domain, options, context).error().code == ErrorCode::usage);
+}
+
+TEST_CASE("neighbours on either side of a gap do not share a face, solids that touch do") {
+    for (double gap : {0.0, 1e-7, 0.02, 0.3}) {
+        INFO("gap of " << gap << " cells");
+        const double h = 2.0 / 20;
+        TriangleSoup pair = make_box_surface(Point(-1, -0.5, -0.5), Point(0, 0.5, 0.5), 5);
+        append_soup(pair, make_box_surface(Point(gap * h, -0.5, -0.5), Point(1, 0.5, 0.5), 5));
+        const Domain domain = domain_of(pair);
+        for (double offset : {0.11, 0.37, 0.52, 0.93}) {
+            SurfaceOctree octree = octree_round(surface_box(domain.model), 20, offset);
+            const HexMesh mesh = octree.make(0, [](const Point&, double, int) { return false; });
+            Context context(1);
+            const Result<TrimOutput> out = trim(mesh, domain, {}, context);
+            REQUIRE(out);
+            CHECK(out->report.closed_manifold());
+            CHECK(out->report.parts == (gap < 1e-3 ? 1u : 2u));
+            if (gap < 1e-3) CHECK(out->report.gap_removed == 0);
+        }
+    }
+}

@@ -138,14 +138,12 @@ Csr<Index> fill_regions(const CellGraph& graph, CellSides& sides) {
     for (Index seed = 0; seed < sides.cut.size(); ++seed) {
         if (sides.cut[seed] || sides.region[seed] != kNoIndex) continue;
         const Index region = sides.region_count++;
-        sides.region_outer.push_back(0);
         sides.region[seed] = region;
         const std::size_t first = members.item.size();
         members.item.push_back(seed);
         for (std::size_t i = first; i < members.item.size(); ++i) // the list is the queue
             for (int f = 0; f < 6; ++f) {
                 const Index c = members.item[i];
-                if (graph.is_outer(c, f)) sides.region_outer[region] = 1;
                 graph.visit_behind(c, f, [&](Index d) {
                     if (sides.cut[d] || sides.region[d] != kNoIndex) return;
                     sides.region[d] = region;
@@ -163,10 +161,10 @@ class RegionVote {
     RegionVote(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries, CellSides& sides)
         : mesh_(mesh), graph_(graph), queries_(queries), sides_(sides) {}
 
-    void decide(std::span<const Index> members, bool open_surface, const Parallel& parallel) {
+    void decide(std::span<const Index> members, const Parallel& parallel) {
         std::vector<Index> asked;
         for (std::size_t i = 0; i < 5; ++i) asked.push_back(members[i * (members.size() - 1) / 4]);
-        if (open_surface)
+        if (!queries_.is_closed())
             for (Index c : members)
                 if (is_beside_cut(c)) asked.push_back(c);
         std::sort(asked.begin(), asked.end());
@@ -229,7 +227,7 @@ double cell_size(const HexMesh& mesh, Index cell) {
 }
 
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
-                     bool open_surface, Context& context) {
+                     Context& context) {
     CellSides sides;
     sides.cut.assign(mesh.cell_count(), 0);
     sides.inside.assign(mesh.cell_count(), 0);
@@ -239,7 +237,7 @@ CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQ
     const Csr<Index> members = fill_regions(graph, sides);
     RegionVote vote(mesh, graph, queries, sides);
     for (Index r = 0; r < sides.region_count && !context.is_cancelled(); ++r)
-        vote.decide(members[r], open_surface, context.parallel());
+        vote.decide(members[r], context.parallel());
     return sides;
 }
 

@@ -19,7 +19,6 @@ struct CellSides {
     std::vector<float> depth_h;
     std::vector<Index> region; ///< per cell: face-connected set of cells not cut; kNoIndex where cut
     Index region_count = 0;
-    std::vector<std::uint8_t> region_outer; ///< per region: 1 where it reaches the mesh's own boundary
     std::size_t uncertain_cells = 0;
 };
 
@@ -27,8 +26,9 @@ Point cell_centre(const HexMesh& mesh, Index cell);
 /// Mean edge length in the cell's shortest direction, model units.
 double cell_size(const HexMesh& mesh, Index cell);
 
-/// open_surface: whether regions may leak, so that all their cells beside the surface are asked.
+/// Regions are decided by a few of their cells; where the surface is not closed by all beside it, and where
+/// these disagree cell by cell.
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
-                     bool open_surface, Context& context);
+                     Context& context);
 
 } // namespace hexopt::trimming

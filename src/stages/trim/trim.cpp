@@ -2,11 +2,12 @@
 
 #include "stages/trim/emit_kept.hpp"
 #include "stages/trim/partial_faces.hpp"
+#include "stages/trim/seeds.hpp"
 #include "stages/trim/surface_check.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <limits>
+#include <span>
 
 namespace hexopt {
 
@@ -30,21 +31,22 @@ Status check_options(const TrimOptions& options) {
     return Done{};
 }
 
-/// The kept cell nearest to the seed, which must touch the seed's own cell.
-Result<Index> find_seed_cell(const HexMesh& mesh, const KeptCells& kept, const Point& seed) {
-    Index best = kNoIndex;
-    double nearest2 = std::numeric_limits<double>::infinity();
-    for (Index c = 0; c < mesh.cell_count(); ++c) {
-        if (!kept.is_kept(c)) continue;
-        const Point r = trimming::cell_centre(mesh, c) - seed;
-        if (glm::dot(r, r) >= nearest2) continue;
-        nearest2 = glm::dot(r, r);
-        best = c;
+/// For each seed the kept cell that holds it, or the nearest one if that is not far.
+Result<std::vector<Index>> find_kept_seeds(const HexMesh& mesh, const KeptCells& kept,
+                                           std::span<const Point> seeds, std::vector<Index> cells) {
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+        if (kept.is_kept(cells[i])) continue;
+        double nearest = 3 * trimming::cell_size(mesh, cells[i]);
+        for (Index c = 0; c < mesh.cell_count(); ++c) {
+            if (!kept.is_kept(c)) continue;
+            const double distance = glm::length(trimming::cell_centre(mesh, c) - seeds[i]);
+            if (distance < nearest) nearest = distance, cells[i] = c;
+        }
+        if (!kept.is_kept(cells[i]))
+            return trim_error(ErrorCode::bad_input, "seed " + place(seeds[i]),
+                              "no cell is kept there: it is outside, or in a part too thin for the cells");
     }
-    if (best == kNoIndex || nearest2 > 9 * trimming::cell_size(mesh, best) * trimming::cell_size(mesh, best))
-        return trim_error(ErrorCode::bad_input, "seed " + place(seed),
-                          "not in a kept cell: it is outside, or in a part too thin for the cells there");
-    return best;
+    return cells;
 }
 
 void count_surface(const HexMesh& mesh, const Parallel& parallel, TrimReport& report) {
@@ -56,41 +58,60 @@ void count_surface(const HexMesh& mesh, const Parallel& parallel, TrimReport& re
 
 /// Mends and drops parts until neither changes anything, removing partial sides where asked to.
 Status mend_all(const HexMesh& octree, const CellGraph& graph, const CellSides& sides,
-                const TrimOptions& options, KeptCells& kept, TrimReport& report) {
-    kept.mend();
-    std::vector<Index> seed_cells;
-    for (const Point& seed : options.seeds) {
-        const Result<Index> cell = find_seed_cell(octree, kept, seed);
-        if (!cell) return cell.error();
-        seed_cells.push_back(*cell);
-    }
-    kept.keep_parts(seed_cells, options.part_fraction);
+                const TrimOptions& options, const std::vector<Index>& seed_cells, KeptCells& kept,
+                TrimReport& report) {
     for (;;) {
+        kept.mend();
+        const auto kept_seeds = find_kept_seeds(octree, kept, options.seeds, seed_cells);
+        if (!kept_seeds) return kept_seeds.error();
+        kept.keep_parts(*kept_seeds, options.part_fraction);
         const trimming::PartialSides partial = trimming::find_partial_sides(octree, graph, kept);
         const std::size_t filled = trimming::fill_partial(graph, sides, kept, partial);
         const std::size_t removed = filled == 0 && options.partial == PartialFaces::remove
                                         ? trimming::remove_partial(graph, kept, partial)
                                         : 0;
-        if (filled + removed == 0) break;
+        if (filled + removed == 0) return Done{};
         report.partial_filled += filled;
         report.partial_removed += removed;
-        kept.mend();
-        std::erase_if(seed_cells, [&](Index c) { return !kept.is_kept(c); });
-        kept.keep_parts(seed_cells, options.part_fraction);
+    }
+}
+
+/// Error where the cells that the seeds flood reach the outside; *path gets them.
+Status check_leaks(const HexMesh& octree, const CellGraph& graph, const CellSides& sides,
+                   const TrimOptions& options, const std::vector<Index>& seed_cells, bool seeds_inside,
+                   const KeptCells& kept, std::vector<Index>* path) {
+    // Holes do not let the centre rule through; strictly, whatever the surface does not cut is flooded.
+    std::vector<std::uint8_t> open(kept.kept().begin(), kept.kept().end()), outside(open.size(), 1);
+    if (options.rule == TrimRule::strict)
+        for (Index c = 0; c < open.size(); ++c) open[c] = !sides.cut[c];
+    if (seeds_inside)
+        for (Index c = 0; c < open.size(); ++c) outside[c] = !sides.inside[c];
+    for (std::size_t i = 0; i < seed_cells.size(); ++i) {
+        if (!open[seed_cells[i]]) continue;
+        std::vector<Index> found = trimming::find_path_outside(graph, seed_cells[i], open, outside);
+        if (found.empty()) continue;
+        const auto hole = std::find_if(found.begin(), found.end(), [&](Index c) { return outside[c] != 0; });
+        const Point at = trimming::cell_centre(octree, *hole);
+        const std::string where = "seed " + place(options.seeds[i]);
+        const std::string reason =
+            seeds_inside
+                ? fmt::format("leaks to the outside through {} cells, out of the surface near {}; close the "
+                              "hole or use smaller cells",
+                              found.size(), place(at))
+                : "outside of the surface, nothing encloses it; add an outer box or move the seed";
+        if (path) *path = std::move(found);
+        return trim_error(ErrorCode::bad_input, where, reason);
     }
     return Done{};
 }
 
-} // namespace
-
-Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
-                        Context& context, std::vector<Index>* leak_path) {
-    (void)leak_path;
-    if (Status ok = check_options(options); !ok) return ok.error();
-    const SurfaceQueries queries(domain.model);
+/// Trims with a known side of the surface.
+Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& queries, bool seeds_inside,
+                             const TrimOptions& options, Context& context, std::vector<Index>* leak_path) {
+    const auto seed_cells = trimming::find_seed_cells(octree, options.seeds);
+    if (!seed_cells) return seed_cells.error();
     const CellGraph graph = trimming::build_cell_graph(octree, context.parallel());
-    const bool open_surface = domain.open_edges + domain.nonmanifold_edges > 0;
-    const CellSides sides = trimming::find_sides(octree, graph, queries, open_surface, context);
+    const CellSides sides = trimming::find_sides(octree, graph, queries, context);
     if (context.is_cancelled()) return trim_error(ErrorCode::cancelled, "", "cancelled");
     TrimOutput output;
     TrimReport& report = output.report;
@@ -99,8 +120,12 @@ Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimO
     report.uncertain_cells = sides.uncertain_cells;
     KeptCells kept(octree, graph, sides, queries, context, report);
     kept.choose(options);
+    if (Status ok = check_leaks(octree, graph, sides, options, *seed_cells, seeds_inside, kept, leak_path);
+        !ok)
+        return ok.error();
     kept.open_gaps();
-    if (Status ok = mend_all(octree, graph, sides, options, kept, report); !ok) return ok.error();
+    if (Status ok = mend_all(octree, graph, sides, options, *seed_cells, kept, report); !ok)
+        return ok.error();
     if (context.is_cancelled()) return trim_error(ErrorCode::cancelled, "", "cancelled");
     const trimming::PartialSides partial = trimming::find_partial_sides(octree, graph, kept);
     report.half_faces = partial.face_rows.size();
@@ -110,10 +135,26 @@ Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimO
     if (!mesh) return mesh.error();
     output.kept = std::move(mesh).value();
     report.kept_cells = output.kept.cell_count();
-    if (report.kept_cells == 0)
+    return output;
+}
+
+} // namespace
+
+Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
+                        Context& context, std::vector<Index>* leak_path) {
+    if (Status ok = check_options(options); !ok) return ok.error();
+    context.report("trim", 0);
+    SurfaceQueries queries(domain.model);
+    const Result<WindingRange> side = trimming::choose_side(queries, options.seeds);
+    if (!side) return side.error();
+    const bool seeds_inside = side->low == WindingRange{}.low;
+    if (!seeds_inside) queries.choose_inside(*side);
+    Result<TrimOutput> output = trim_side(octree, queries, seeds_inside, options, context, leak_path);
+    if (!output) return output;
+    if (output->report.kept_cells == 0)
         return trim_error(ErrorCode::bad_input, "",
                           "no cell is inside the surface: it is too thin for the cells, or not closed");
-    count_surface(output.kept, context.parallel(), report);
+    count_surface(output->kept, context.parallel(), output->report);
     return output;
 }
 
