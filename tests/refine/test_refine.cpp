@@ -51,6 +51,34 @@ void require_sound(const HexMesh& mesh) {
 
 } // namespace
 
+namespace {
+
+/// Cells of a mesh whose box holds a point.
+template <class Visit>
+void visit_around(const RefineOutput& out, const Point& at, const Visit& visit) {
+    for (Index c = 0; c < out.octree.cell_count(); ++c) {
+        const Box box = node_box(out.refinement, out.leaf_node[c]);
+        if (glm::all(glm::lessThanEqual(box.low, at)) && glm::all(glm::lessThanEqual(at, box.high))) visit(c);
+    }
+}
+
+double size_at(const RefineOutput& out, const Point& at) {
+    double size = 0;
+    visit_around(out, at, [&](Index c) { size = std::max(size, size_range(out.octree, c)[1]); });
+    return size;
+}
+
+RefineOptions only_sizes(double size) {
+    RefineOptions options;
+    options.surface.size = size;
+    options.normal_angle_deg = 180;
+    options.chord_error_rel = 0;
+    options.gap_cells = options.wall_cells = options.feature_cells = 0;
+    return options;
+}
+
+} // namespace
+
 TEST_CASE("a triangle and a box meet where their distance is zero") {
     Random random(3);
     int met = 0;
@@ -118,6 +146,7 @@ TEST_CASE("neighbours of cells on the surface are no larger than these") {
     RefineOptions options;
     options.surface.size = 0.1;
     options.normal_angle_deg = 180;
+    options.chord_error_rel = 0;
     const RefineOutput out = run(domain, options);
     const Csr<CellCorner> cells = compute_vertex_cell(out.octree);
     std::size_t checked = 0;
@@ -144,6 +173,7 @@ TEST_CASE("cells turn by no more than the angle of normals where levels allow") 
     const Domain domain = make_domain(soup);
     RefineOptions options;
     options.surface.size = 0.25;
+    options.chord_error_rel = 0;
     options.surface_rings = 0;
     const RefineOutput out = run(domain, options);
     require_sound(out.octree);
@@ -158,36 +188,14 @@ TEST_CASE("cells turn by no more than the angle of normals where levels allow") 
             finest_small = std::min(finest_small, size), coarsest_small = std::max(coarsest_small, size);
     }
     REQUIRE(finest_large > 0.2);
+    // A chord error of 1e-3 of the diagonal (4) asks for size^2 / 8 < 0.004 on the large one.
+    options.normal_angle_deg = 180;
+    options.chord_error_rel = 1e-3;
+    const RefineOutput chords = run(domain, options);
+    REQUIRE(size_at(chords, {0, 0, 1}) < 0.2);
     REQUIRE(finest_small < 0.07);
     REQUIRE(coarsest_small < 0.13);
 }
-
-namespace {
-
-/// Cells of a mesh whose box holds a point.
-template <class Visit>
-void visit_around(const RefineOutput& out, const Point& at, const Visit& visit) {
-    for (Index c = 0; c < out.octree.cell_count(); ++c) {
-        const Box box = node_box(out.refinement, out.leaf_node[c]);
-        if (glm::all(glm::lessThanEqual(box.low, at)) && glm::all(glm::lessThanEqual(at, box.high))) visit(c);
-    }
-}
-
-double size_at(const RefineOutput& out, const Point& at) {
-    double size = 0;
-    visit_around(out, at, [&](Index c) { size = std::max(size, size_range(out.octree, c)[1]); });
-    return size;
-}
-
-RefineOptions only_sizes(double size) {
-    RefineOptions options;
-    options.surface.size = size;
-    options.normal_angle_deg = 180;
-    options.gap_cells = options.wall_cells = options.feature_cells = 0;
-    return options;
-}
-
-} // namespace
 
 TEST_CASE("gaps get their cells, as far as levels allow") {
     // A box with a cavity: 0.3 of mesh on one side of it, 2 on the others.
@@ -301,6 +309,28 @@ TEST_CASE("without a size the number of cells inside is about the wanted one") {
     REQUIRE(inside < 30e3);
     REQUIRE(out.stats.surface_size > 0);
     REQUIRE(out.stats.level_cells.size() > 1);
+}
+
+TEST_CASE("the box round a body gets larger cells unless a size is given") {
+    TriangleSoup soup;
+    append_box(soup, Point(0), Point(10));
+    append_box(soup, Point(4.1, 4.2, 4.3), Point(5.5, 5.4, 5.6), true);
+    const Domain domain = make_domain(soup);
+    RefineOptions options;
+    options.target_cells = 10e3;
+    const RefineOutput out = run(domain, options);
+    const double on_body = size_at(out, {4.1, 4.8, 4.8}), on_box = size_at(out, {0, 2.03, 2.03});
+    REQUIRE(on_body <= out.stats.surface_size);
+    REQUIRE(on_box > 3 * on_body);
+    REQUIRE(on_box <= 8 * out.stats.surface_size);
+    options.outer_levels = 0;
+    const RefineOutput even = run(domain, options);
+    REQUIRE(size_at(even, {0, 2.03, 2.03}) <= even.stats.surface_size);
+    // Without a body the box is what is meshed.
+    const Domain box = make_domain(make_box({4, 4, 4}));
+    options.outer_levels = 3;
+    const RefineOutput plain = run(box, options);
+    REQUIRE(size_at(plain, {0, 2.03, 2.03}) <= plain.stats.surface_size);
 }
 
 TEST_CASE("a planar run refines in the plane only") {

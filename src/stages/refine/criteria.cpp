@@ -1,6 +1,7 @@
 #include "stages/refine/criteria.hpp"
 
 #include "mesh/hex_reference.hpp"
+#include "stages/refine/outer_box.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -82,8 +83,9 @@ double node_size(const CellRefinement& refinement, Index node, AxisMask mask) {
 SurfaceCriteria::SurfaceCriteria(const Domain& domain, const SurfaceElements& surface,
                                  const RefineOptions& options)
     : domain_(&domain), surface_(&surface), probe_(domain), closeness_(domain),
-      normal_angle_deg_(options.normal_angle_deg), gap_cells_(options.gap_cells),
-      wall_cells_(options.wall_cells), feature_cells_(options.feature_cells) {}
+      normal_angle_deg_(options.normal_angle_deg),
+      chord_error_(options.chord_error_rel * domain.model.diagonal()), gap_cells_(options.gap_cells),
+      wall_cells_(options.wall_cells), feature_cells_(options.planar ? 0 : options.feature_cells) {}
 
 Result<SurfaceCriteria> SurfaceCriteria::create(const Domain& domain, const SurfaceElements& surface,
                                                 const RefineOptions& options, const TargetSize& size) {
@@ -94,6 +96,7 @@ Result<SurfaceCriteria> SurfaceCriteria::create(const Domain& domain, const Surf
 
 Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize& size) {
     goal_.assign(domain_->model.patch_count(), goal_of(size));
+    if (!options.surface.is_given()) coarsen_outer_box(options);
     for (const PatchTarget& entry : options.patches) {
         const std::vector<Index> patches = patches_of_name(*domain_, entry.patch);
         if (patches.empty()) return unknown_patch(entry.patch);
@@ -112,6 +115,12 @@ Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize
                 curve_goal_[curve].push_back(goal_of(entry.target));
     }
     return Done{};
+}
+
+void SurfaceCriteria::coarsen_outer_box(const RefineOptions& options) {
+    const std::vector<std::uint8_t> outer = find_outer_box(*domain_, options.planar);
+    for (Index patch = 0; patch < outer.size(); ++patch)
+        if (outer[patch]) goal_[patch] = finer_by(goal_[patch], -options.outer_levels);
 }
 
 RefineCriterion SurfaceCriteria::ask(const CutCell& cell) const {
@@ -181,11 +190,13 @@ bool SurfaceCriteria::wants_curve_size(const CutCell& cell) const {
 }
 
 bool SurfaceCriteria::wants_normals(const CutCell& cell) const {
-    if (normal_angle_deg_ >= 180) return false;
+    double limit = normal_angle_deg_;
+    if (chord_error_ > 0) limit = std::min(limit, 8 * chord_error_ / cell.size * 180 / std::numbers::pi);
+    if (limit >= 180) return false;
     std::vector<Index> open;
     for (Index element : cell.elements)
         if (surface_->is_triangle(element) && allows(finest_bend_, cell, element)) open.push_back(element);
-    return !open.empty() && normal_spread_deg(cell.box, open) > normal_angle_deg_;
+    return !open.empty() && normal_spread_deg(cell.box, open) > limit;
 }
 
 double SurfaceCriteria::normal_spread_deg(const Box& box, std::span<const Index> triangles) const {

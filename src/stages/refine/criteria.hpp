@@ -53,6 +53,7 @@ class SurfaceCriteria {
   private:
     SurfaceCriteria(const Domain& domain, const SurfaceElements& surface, const RefineOptions& options);
     Status set_goals(const RefineOptions& options, const TargetSize& size);
+    void coarsen_outer_box(const RefineOptions& options);
     bool allows(const std::vector<Goal>& finest, const CutCell& cell, Index element) const;
     double finest_gap_size(const CutCell& cell, Index element) const;
     bool wants(RefineCriterion criterion, const CutCell& cell) const;
@@ -70,7 +71,7 @@ class SurfaceCriteria {
     std::vector<Goal> goal_;                     ///< per patch
     std::vector<Goal> finest_bend_, finest_gap_; ///< per patch: how far criteria of shape may go
     std::vector<std::vector<Goal>> curve_goal_;  ///< per curve
-    double normal_angle_deg_, gap_cells_, wall_cells_, feature_cells_;
+    double normal_angle_deg_, chord_error_, gap_cells_, wall_cells_, feature_cells_;
     std::array<bool, kCriterionCount> given_up_ = {};
 };
 

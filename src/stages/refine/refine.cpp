@@ -54,12 +54,14 @@ Status check_target(const TargetSize& target, const std::string& where) {
 }
 
 Status check_options(const RefineOptions& options) {
-    const std::array<NumberRange, 12> ranges = {{
+    const std::array<NumberRange, 14> ranges = {{
+        {"chord_error_rel", options.chord_error_rel, 0, 1},
         {"normal_angle_deg", options.normal_angle_deg, 1, 180},
         {"curvature_levels", double(options.curvature_levels), 0, 20},
         {"gap_cells", options.gap_cells, 0, 100},
         {"wall_cells", options.wall_cells, 0, 100},
         {"feature_cells", options.feature_cells, 0, 100},
+        {"outer_levels", double(options.outer_levels), 0, 20},
         {"gap_levels", double(options.gap_levels), 0, 20},
         {"max_level", double(options.max_level), 0, 20},
         {"rings", double(options.rings), 1, 20},
@@ -171,31 +173,36 @@ class Run {
     }
 
     /// The surface's size that gives about the wanted number of cells: one trial of a quarter of them, then
-    /// corrections by the law with which cells on a surface (2-D: on a line) grow.
+    /// corrections by the law with which cells on a surface (2-D: on a line) grow, between the nearest sizes
+    /// known to give too many and too few.
     Result<Trial> search() {
         const double power = options_.planar ? 1 : 0.5;
         const double wanted = options_.target_cells > 0 ? options_.target_cells
                               : options_.planar         ? 20e3
                                                         : 100e3;
-        double size = first_size(domain_, wanted / 4, options_.planar);
+        options_.max_cells = std::min(options_.max_cells, static_cast<std::size_t>(kMostLeaves * wanted));
+        double size = first_size(domain_, wanted / 4, options_.planar), too_small = 0, too_large = 1e300;
         if (!(size > 0)) return usage("surface", "has no extent");
         Result<Trial> trial = refine_to({size, -1});
         for (int round = 0; round < kRounds && trial; ++round) {
             const double ratio = trial->cells_inside / wanted;
             if (round > 0 && ratio > 0.6 && ratio < 1.5) break;
+            (ratio > 1 ? too_small : too_large) = size;
             size *= std::pow(ratio, power);
+            if (size <= too_small || size >= too_large) size = std::sqrt(too_small * too_large);
             trial = refine_to({size, -1});
         }
         return trial;
     }
 
   private:
-    static constexpr int kRounds = 3;
+    static constexpr int kRounds = 4;
+    static constexpr double kMostLeaves = 6; ///< per wanted cell; ordinary surfaces need 1.5 to 3
     /// Buffer cells and cells that trimming keeps beyond the centre rule, per cell that the surface cuts.
     static constexpr double kBufferShare = 0.7;
 
     const Domain& domain_;
-    const RefineOptions& options_;
+    RefineOptions options_;
     Context& context_;
     SurfaceElements surface_;
 };
@@ -208,6 +215,7 @@ Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, 
     Result<Trial> trial = options.surface.is_given() ? run.refine_to(options.surface) : run.search();
     if (!trial) return trial.error();
     RefineOutput out = std::move(trial->out);
+    out.max_cells = options.max_cells;
     rebuild(out, context);
     context.report("refine", 1, fmt::format("{} cells", out.octree.cell_count()));
     return out;

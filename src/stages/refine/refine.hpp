@@ -60,8 +60,12 @@ struct RefineOptions {
     InitialMeshOptions initial;
     TargetSize surface; ///< of cells that meet the surface; not given: found by target_cells
     /// How many cells the mesh shall have inside the domain, roughly, buffer layers included, where the
-    /// surface's size is not given; 0: 100,000, in 2-D 20,000.
+    /// surface's size is not given; 0: 100,000, in 2-D 20,000. Never more than 6 times as many leaves:
+    /// criteria of shape that need more are given up, as for max_cells.
     double target_cells = 0;
+    /// Where `surface` is not given: how many levels larger cells on the sides of a box round a body may be
+    /// (the patches in the planes of the surface's bounding box, if they cover 80 % of it), 0..20.
+    int outer_levels = 3;
     std::vector<PatchTarget> patches; ///< instead of `surface`
     std::vector<CurveTarget> curves;  ///< where finer than the patches
     std::vector<RegionTarget> regions;
@@ -69,7 +73,10 @@ struct RefineOptions {
     /// A cell that meets the surface is split while the normals (interpolated, within a patch) of its piece
     /// turn by more, degrees, 1..180; 180: never.
     double normal_angle_deg = 30;
-    int curvature_levels = 2; ///< how many levels that may add to the patch's size, 0..20
+    /// The same while the chord of that turn leaves the surface by more (angle times size over 8), as a
+    /// fraction of the surface's diagonal, 0..1; 0: never.
+    double chord_error_rel = 2e-4;
+    int curvature_levels = 2; ///< how many levels these two may add to the patch's size, 0..20
     /// Least number of cells from a point of the surface along its normal to the surface on the other side,
     /// through the mesh (gap) and outside of it (wall); 0: not looked at. 0..100
     double gap_cells = 3;
