@@ -150,6 +150,13 @@ void CellRefinement::split(Index n, AxisMask mask) {
     }
 }
 
+void CellRefinement::split_all(const std::vector<Index>& nodes) {
+    // Exactly as much as is needed: nodes are most of the memory, and most come with the last levels.
+    const std::size_t needed = nodes_.size() + nodes.size() * (leaves_gained(uniform_mask_) + 1);
+    if (needed > nodes_.capacity()) nodes_.reserve(std::max(needed, nodes_.size() + nodes_.size() / 16));
+    for (Index node : nodes) split(node, uniform_mask_);
+}
+
 bool CellRefinement::keep_request(const RefineRequest& request, RefineCount& count) const {
     bool keep = request.node < nodes_.size() && nodes_[request.node].is_leaf() && request.mask != 0 &&
                 request.mask <= kAllAxes;
@@ -177,7 +184,7 @@ RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int 
     uniform_mask_ = mask;
     mixed_ = mixed;
     if (mixed_) refine_mixed(kept, count);
-    for (Index node : marked) split(node, uniform_mask_);
+    split_all(marked);
     return count;
 }
 
@@ -188,7 +195,7 @@ RefineCount CellRefinement::surround(std::span<const Index> leaves, int layers, 
     if (uniform_mask_ == 0) return count; // all leaves are of one level
     const std::vector<Index> marked = mark_uniform({}, rings, leaves, layers, count);
     if (leaf_count_ + marked.size() * leaves_gained(uniform_mask_) > max_leaves) return {0, 0, 0, true};
-    for (Index node : marked) split(node, uniform_mask_);
+    split_all(marked);
     return count;
 }
 

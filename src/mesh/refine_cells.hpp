@@ -101,6 +101,7 @@ class CellRefinement {
     using Mid27 = std::array<Index, 27>; ///< vertices at 0, 1/2, 1 along each axis, xi first
     Mid27 make_vertices(Index node, AxisMask mask);
     void split(Index node, AxisMask mask);
+    void split_all(const std::vector<Index>& nodes);
     LatticePoint middle_point(const RefineNode& node, const std::array<int, 3>& half) const;
     Index find_middle(const RefineNode& node, const std::array<int, 3>& half) const;
 

@@ -92,7 +92,12 @@ void CellRefinement::append_hanging(const std::vector<Index>& leaves, const std:
     std::vector<std::uint8_t> finest(mesh.vertex_count(), 0);
     for (std::size_t c = 0; c < leaves.size(); ++c)
         for (Index v : mesh.cells[c]) finest[v] = std::max(finest[v], mesh.level[c]);
-    Hanging rows;
+    struct Row {
+        Index vertex;
+        std::uint32_t count;
+        std::array<Index, 4> master;
+    };
+    std::vector<Row> rows;
     std::vector<std::uint8_t> hangs(mesh.vertex_count(), 0);
     for (std::size_t c = 0; c < leaves.size(); ++c) {
         const Cell& cell = mesh.cells[c];
@@ -103,17 +108,26 @@ void CellRefinement::append_hanging(const std::vector<Index>& leaves, const std:
             const Index found = find_middle(nodes_[leaves[c]], place.half);
             if (found == kNoIndex || hangs[number[found]]) continue;
             hangs[number[found]] = 1;
-            std::array<Index, 4> masters;
-            for (int k = 0; k < place.count; ++k) masters[k] = cell[place.corner[k]];
-            const std::array<double, 4> weights = {1.0 / place.count, 1.0 / place.count, 1.0 / place.count,
-                                                   1.0 / place.count};
-            const auto count = static_cast<std::size_t>(place.count);
-            append_row(rows, number[found], std::span(masters).first(count), std::span(weights).first(count));
+            Row row{number[found], static_cast<std::uint32_t>(place.count), {}};
+            row.master.fill(kNoIndex);
+            for (int k = 0; k < place.count; ++k) row.master[k] = cell[place.corner[k]];
+            std::sort(row.master.begin(), row.master.end());
+            rows.push_back(row);
         }
     }
-    Result<Hanging> closed = close_hanging(rows, mesh.vertex_count());
-    assert(closed.has_value()); // a vertex depends on larger cells only
-    mesh.hanging = std::move(closed).value();
+    std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.vertex < b.vertex; });
+    bool closed = true;
+    for (const Row& row : rows) {
+        const std::array<double, 4> weight = {1.0 / row.count, 1.0 / row.count, 1.0 / row.count,
+                                              1.0 / row.count};
+        append_row(mesh.hanging, row.vertex, std::span(row.master).first(row.count),
+                   std::span(weight).first(row.count));
+        for (std::uint32_t k = 0; k < row.count; ++k) closed = closed && !hangs[row.master[k]];
+    }
+    if (closed) return;
+    Result<Hanging> all = close_hanging(mesh.hanging, mesh.vertex_count());
+    assert(all.has_value()); // a vertex depends on larger cells only
+    mesh.hanging = std::move(all).value();
 }
 
 void CellRefinement::append_boundary(const std::vector<Index>& leaves, HexMesh& mesh) const {
