@@ -148,6 +148,8 @@ TEST_CASE("cells are kept by the depth of their centres, or whole") {
         const double depth = 1 - glm::length(centre_of(centre.octree, c));
         if (std::abs(depth - 0.1 * h) > 0.002) wrong += kept[c] != (depth > 0.1 * h);
     }
+    CHECK(centre.out.report.kept_volume == Approx(double(centre.out.kept.cell_count()) * h * h * h));
+    CHECK(centre.out.report.enclosed_volume == Approx(4.19).epsilon(0.005));
     // A few cells are mended away.
     CHECK(wrong <= centre.out.report.manifold_removed + centre.out.report.tips_removed +
                        centre.out.report.pits_filled);

@@ -208,6 +208,17 @@ class RegionVote {
     CellSides& sides_;
 };
 
+/// Mean edge length in each direction.
+std::array<double, 3> mean_edges(const HexMesh& mesh, Index cell) {
+    std::array<double, 3> length = {0, 0, 0};
+    const Cell& v = mesh.cells[cell];
+    for (std::size_t e = 0; e < 12; ++e) {
+        const auto& edge = hex::kEdgeVertex[e];
+        length[e / 4] += glm::length(mesh.positions[v[edge[1]]] - mesh.positions[v[edge[0]]]) / 4;
+    }
+    return length;
+}
+
 } // namespace
 
 Point cell_centre(const HexMesh& mesh, Index cell) {
@@ -217,13 +228,13 @@ Point cell_centre(const HexMesh& mesh, Index cell) {
 }
 
 double cell_size(const HexMesh& mesh, Index cell) {
-    std::array<double, 3> length = {0, 0, 0};
-    for (std::size_t e = 0; e < 12; ++e) {
-        const auto& edge = hex::kEdgeVertex[e];
-        length[e / 4] += glm::length(mesh.positions[mesh.cells[cell][edge[1]]] -
-                                     mesh.positions[mesh.cells[cell][edge[0]]]);
-    }
-    return std::min({length[0], length[1], length[2]}) / 4;
+    const auto length = mean_edges(mesh, cell);
+    return std::min({length[0], length[1], length[2]});
+}
+
+double cell_volume(const HexMesh& mesh, Index cell) {
+    const auto length = mean_edges(mesh, cell);
+    return length[0] * length[1] * length[2];
 }
 
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,

@@ -25,6 +25,8 @@ struct CellSides {
 Point cell_centre(const HexMesh& mesh, Index cell);
 /// Mean edge length in the cell's shortest direction, model units.
 double cell_size(const HexMesh& mesh, Index cell);
+/// Product of the mean edge lengths in the three directions: exact for boxes.
+double cell_volume(const HexMesh& mesh, Index cell);
 
 /// Regions are decided by a few of their cells; where the surface is not closed by all beside it, and where
 /// these disagree cell by cell.

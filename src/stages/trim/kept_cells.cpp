@@ -222,8 +222,7 @@ void KeptCells::keep_parts(std::span<const Index> seed_cells, double part_fracti
         queue.assign(1, seed);
         part[seed] = number;
         for (std::size_t i = 0; i < queue.size(); ++i) {
-            const double h = cell_size(mesh_, queue[i]);
-            sum += h * h * h;
+            sum += cell_volume(mesh_, queue[i]);
             for (int f = 0; f < 6; ++f)
                 graph_.visit_behind(queue[i], f, [&](Index d) {
                     if (!kept_[d] || part[d] != kNoIndex) return;

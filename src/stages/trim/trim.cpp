@@ -49,6 +49,16 @@ Result<std::vector<Index>> find_kept_seeds(const HexMesh& mesh, const KeptCells&
     return cells;
 }
 
+double enclosed_volume(const BoundaryModel& model) {
+    double volume = 0;
+    const Point origin = model.triangle(0)[0];
+    for (Index t = 0; t < model.triangle_count(); ++t) {
+        const auto& x = model.triangle(t);
+        volume += glm::dot(x[0] - origin, glm::cross(x[1] - origin, x[2] - origin)) / 6;
+    }
+    return volume;
+}
+
 void count_surface(const HexMesh& mesh, const Parallel& parallel, TrimReport& report) {
     const trimming::SurfaceFaults faults = trimming::check_surface(mesh, compute_topology(mesh, parallel));
     report.open_edges = faults.open_edges;
@@ -135,6 +145,8 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
     if (!mesh) return mesh.error();
     output.kept = std::move(mesh).value();
     report.kept_cells = output.kept.cell_count();
+    for (Index c : output.kept_cell) report.kept_volume += trimming::cell_volume(octree, c);
+    if (queries.is_closed()) report.enclosed_volume = enclosed_volume(queries.model());
     return output;
 }
 

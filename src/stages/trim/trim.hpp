@@ -42,7 +42,10 @@ struct TrimReport {
     std::size_t pits_filled = 0;      ///< with five faces towards kept cells
     std::size_t partial_filled = 0;   ///< hardly outside, behind half faces and round half edges
     std::size_t partial_removed = 0;  ///< PartialFaces::remove
-    std::size_t parts = 0, parts_dropped = 0, part_cells_dropped = 0;
+    std::size_t parts = 0;            ///< kept; more than the surface has bodies where thin walls were lost
+    std::size_t parts_dropped = 0, part_cells_dropped = 0;
+    double kept_volume = 0;     ///< of the kept cells, model units cubed
+    double enclosed_volume = 0; ///< of the surface, overlaps counted twice; 0 where it is not closed
     std::size_t half_faces = 0; ///< faces, in the mesh as it is left
     std::size_t half_edges = 0; ///< edges, in the mesh as it is left
     /// Of the surface left, hanging vertices inserted; all 0 where it is a closed manifold, which it is
