@@ -12,7 +12,8 @@ namespace hexopt {
 namespace {
 
 constexpr const char* kStage = "buffer";
-constexpr int kRelaxRings = 1; ///< old vertices that move with the new ones
+constexpr int kMostAttempts = 8; ///< at a sheet, leaving out more of it each time
+constexpr int kRelaxRings = 1;   ///< old vertices that move with the new ones
 
 /// A sheet to be inserted under all quads of its regions.
 struct RegionSheet {
@@ -24,6 +25,7 @@ struct FailedSheet {
     RegionSheet sheet;
     SheetProblem problem;
     std::vector<Index> regions_there;
+    bool whole; ///< false: it is left out round the problem only
 };
 
 Status check_options(const BufferOptions& options) {
@@ -71,6 +73,7 @@ class SheetSeries {
         for (Index s = 0; s < sheets_.size(); ++s)
             for (Index region : sheets_[s].regions) sheet_of_region_[region] = s;
         state_.assign(sheets_.size(), State::waiting);
+        attempts_.assign(sheets_.size(), 0);
         while (!context_.is_cancelled() && has_waiting()) insert_some();
         return std::move(failed_);
     }
@@ -91,15 +94,32 @@ class SheetSeries {
         const SheetChoice choice = choose();
         const std::vector<SheetProblem> problems = insert_sheet(mesh_, choice, model_, context_.parallel());
         ++passes_;
+        std::vector<Index> blocked;
         for (const SheetProblem& problem : problems) {
             const Index sheet = owner_[problem.vertex];
             assert(sheet != kNoIndex);
-            if (state_[sheet] != State::chosen) continue;
-            state_[sheet] = State::failed;
-            failed_.push_back({sheets_[sheet], problem, regions_at(problem.vertex)});
+            if (state_[sheet] == State::chosen) {
+                ++attempts_[sheet];
+                const bool give_up = kind_ == SheetKind::group || attempts_[sheet] > kMostAttempts;
+                state_[sheet] = give_up ? State::failed : State::waiting;
+                failed_.push_back({sheets_[sheet], problem, regions_at(problem.vertex), give_up});
+            }
+            if (state_[sheet] == State::waiting) blocked.push_back(problem.vertex);
         }
+        if (!blocked.empty()) exclude_at(blocked);
         for (State& state : state_)
             if (state == State::chosen) state = problems.empty() ? State::inserted : State::waiting;
+    }
+
+    /// Leaves out the cells at vertices (rising): sheets go round them when they are tried again.
+    void exclude_at(std::span<const Index> vertices) {
+        excluded_.resize(mesh_.surface.size(), 0);
+        for (Index q = 0; q < mesh_.surface.size(); ++q) {
+            const Cell& cell = mesh_.cells[mesh_.surface[q].face.cell];
+            if (std::any_of(cell.begin(), cell.end(),
+                            [&](Index v) { return std::binary_search(vertices.begin(), vertices.end(), v); }))
+                excluded_[q] = 1;
+        }
     }
 
     /// The first waiting sheets none of which touches an earlier one.
@@ -107,7 +127,8 @@ class SheetSeries {
         std::vector<std::vector<Index>> quads(sheets_.size());
         for (Index q = 0; q < mesh_.surface.size(); ++q) {
             const Index sheet = sheet_of_region_[mesh_.surface[q].region];
-            if (sheet != kNoIndex && state_[sheet] == State::waiting) quads[sheet].push_back(q);
+            const bool open = q >= excluded_.size() || !excluded_[q];
+            if (sheet != kNoIndex && open && state_[sheet] == State::waiting) quads[sheet].push_back(q);
         }
         owner_.assign(mesh_.positions.size(), kNoIndex);
         SheetChoice choice;
@@ -162,7 +183,9 @@ class SheetSeries {
     std::vector<RegionSheet> sheets_;
     std::vector<Index> sheet_of_region_;
     std::vector<State> state_;
-    std::vector<Index> owner_; ///< per vertex: sheet that claimed it first
+    std::vector<int> attempts_;
+    std::vector<std::uint8_t> excluded_; ///< per surface quad: where sheets do not go
+    std::vector<Index> owner_;           ///< per vertex: sheet that claimed it first
     std::vector<FailedSheet> failed_;
     std::size_t passes_ = 0;
 };
@@ -298,17 +321,22 @@ class BufferRun {
 
     void note_skipped(SheetKind kind, const std::vector<FailedSheet>& failed) {
         for (const FailedSheet& sheet : failed) {
-            SkippedSheet skipped{
-                kind, {}, sheet.problem.fault, sheet.problem.vertex, mesh_.positions[sheet.problem.vertex]};
+            SkippedSheet skipped{kind,
+                                 {},
+                                 sheet.problem.fault,
+                                 sheet.problem.vertex,
+                                 mesh_.positions[sheet.problem.vertex],
+                                 sheet.whole};
             for (Index region : sheet.sheet.regions)
                 skipped.patches.insert(skipped.patches.end(), patches_[region].begin(),
                                        patches_[region].end());
             std::sort(skipped.patches.begin(), skipped.patches.end());
             skipped.patches.erase(std::unique(skipped.patches.begin(), skipped.patches.end()),
                                   skipped.patches.end());
-            context_.log(LogLevel::warning,
-                         fmt::format("buffer: no {} sheet under {} patches: {} at vertex {}", name_of(kind),
-                                     skipped.patches.size(), name_of(skipped.fault), skipped.vertex));
+            context_.log(LogLevel::warning, fmt::format("buffer: {} sheet under {} patches {} vertex {}: {}",
+                                                        name_of(kind), skipped.patches.size(),
+                                                        skipped.whole ? "left out because of" : "goes round",
+                                                        skipped.vertex, name_of(skipped.fault)));
             report_.skipped.push_back(std::move(skipped));
         }
     }

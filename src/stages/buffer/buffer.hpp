@@ -43,13 +43,14 @@ struct BufferCounts {
     std::vector<RidgeCells> ridge_cells; ///< below 135, 225 and 360 degrees
 };
 
-/// A sheet that could not be inserted.
+/// A sheet that could not be inserted, or a place that it had to go round.
 struct SkippedSheet {
     SheetKind kind;
     std::vector<Index> patches; ///< of the Domain, rising
     SheetFault fault;
     Index vertex; ///< of the input mesh, or of the mesh when the sheet was tried
     Point position;
+    bool whole; ///< false: the sheet is there but for the cells at the vertex and what they blocked
 };
 
 struct BufferReport {

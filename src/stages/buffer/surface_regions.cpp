@@ -136,36 +136,35 @@ class LooseRidges {
         : mesh_(mesh), band_(static_cast<Index>(mesh.surface.size())), ridge_ends_(mesh.positions.size(), 0),
           in_band_(mesh.surface.size(), 0) {
         const RidgeFinder ridges(mesh);
-        for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits),
-                      [&](std::span<const EdgeUse> uses) {
-                          if (uses.size() != 2) return;
-                          const Side side{uses[0].edge, uses[0].quad, uses[1].quad};
-                          if (ridges.curve_of(side.edge) == kNoIndex)
-                              inner_.push_back(side);
-                          else if (mesh.surface[side.a].region == mesh.surface[side.b].region)
-                              loose_.push_back(side);
-                          if (ridges.curve_of(side.edge) == kNoIndex) return;
-                          for (Index v : {low_of(side.edge), high_of(side.edge)})
-                              if (ridge_ends_[v] < 2) ++ridge_ends_[v];
-                      });
+        const auto sort_in = [&](std::span<const EdgeUse> uses) {
+            if (uses.size() != 2) return;
+            const Side side{uses[0].edge, uses[0].quad, uses[1].quad, ridges.curve_of(uses[0].edge)};
+            if (side.curve == kNoIndex) return inner_.push_back(side);
+            if (mesh.surface[side.a].region == mesh.surface[side.b].region) loose_.push_back(side);
+            for (Index v : ends_of(side))
+                if (ridge_ends_[v] < 2) ++ridge_ends_[v];
+        };
+        for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), sort_in);
     }
 
     bool empty() const { return loose_.empty(); }
 
-    /// Quads beside the ridges, joined round the ridges' inner vertices; then `rings` - 1 rings more.
+    /// Quads beside the ridges, joined round the ridges' inner vertices: of all ridges together, then, where
+    /// that joins both sides of one, curve by curve. Then `rings` - 1 rings more.
     void find(int rings) {
-        std::vector<std::uint8_t> on_loose(mesh_.positions.size(), 0);
-        for (const Side& side : loose_) {
-            in_band_[side.a] = in_band_[side.b] = 1;
-            for (Index v : {low_of(side.edge), high_of(side.edge)})
-                if (ridge_ends_[v] > 1) on_loose[v] = 1;
+        mark(loose_);
+        std::vector<Side> joined = drop_joined_sides(loose_);
+        std::stable_sort(joined.begin(), joined.end(),
+                         [](const Side& x, const Side& y) { return x.curve < y.curve; });
+        for (std::size_t i = 0; i < joined.size();) {
+            std::size_t end = i;
+            while (end < joined.size() && joined[end].curve == joined[i].curve) ++end;
+            const std::vector<Side> curve(joined.begin() + static_cast<std::ptrdiff_t>(i),
+                                          joined.begin() + static_cast<std::ptrdiff_t>(end));
+            mark(curve);
+            drop_joined_sides(curve);
+            i = end;
         }
-        for (const Side& side : inner_)
-            if (on_loose[low_of(side.edge)] || on_loose[high_of(side.edge)]) {
-                in_band_[side.a] = in_band_[side.b] = 1;
-                band_.join(side.a, side.b);
-            }
-        drop_joined_sides();
         for (int ring = 1; ring < rings; ++ring) widen();
     }
 
@@ -186,19 +185,52 @@ class LooseRidges {
     struct Side {
         EdgeKey edge;
         Index a, b; ///< the quads beside it
+        Index curve;
     };
 
-    void drop_joined_sides() {
+    static std::array<Index, 2> ends_of(const Side& side) { return {low_of(side.edge), high_of(side.edge)}; }
+
+    /// Takes quads at these ridges' inner vertices that are in no band yet.
+    void mark(const std::vector<Side>& ridges) {
+        const std::vector<std::uint8_t> before = in_band_;
+        std::vector<std::uint8_t> ends(mesh_.positions.size(), 0);
+        for (const Side& side : ridges) {
+            for (Index quad : {side.a, side.b})
+                if (!before[quad]) in_band_[quad] = 1;
+            for (Index v : ends_of(side))
+                if (ends[v] < 2) ++ends[v];
+        }
+        const bool all = &ridges == &loose_;
+        for (const Side& side : inner_) {
+            if (before[side.a] || before[side.b]) continue;
+            for (Index v : ends_of(side)) {
+                if (ends[v] == 0 || (all ? ridge_ends_[v] : ends[v]) < 2) continue;
+                in_band_[side.a] = in_band_[side.b] = 1;
+                band_.join(side.a, side.b);
+            }
+        }
+    }
+
+    /// Takes bands that are on both sides of a ridge away again; the ridges beside these.
+    std::vector<Side> drop_joined_sides(const std::vector<Side>& ridges) {
         std::vector<std::uint8_t> dropped(mesh_.surface.size(), 0);
-        for (const Side& side : loose_)
+        for (const Side& side : ridges)
             if (band_.find(side.a) == band_.find(side.b)) dropped[band_.find(side.a)] = 1;
+        std::vector<Side> beside;
+        for (const Side& side : ridges)
+            if (dropped[band_.find(side.a)] || dropped[band_.find(side.b)]) beside.push_back(side);
+        std::vector<Index> freed;
         for (Index q = 0; q < in_band_.size(); ++q)
-            if (in_band_[q] && dropped[band_.find(q)]) in_band_[q] = 0;
+            if (in_band_[q] && dropped[band_.find(q)]) freed.push_back(q);
+        for (Index q : freed) in_band_[q] = 0;
+        band_.part(freed);
+        return beside;
     }
 
     void widen() {
         const std::vector<std::uint8_t> before = in_band_;
         for (const Side& side : inner_) {
+            if (mesh_.surface[side.a].region != mesh_.surface[side.b].region) continue;
             if (before[side.a] && !in_band_[side.b]) take(side.b, side.a);
             if (before[side.b] && !in_band_[side.a]) take(side.a, side.b);
         }
@@ -215,17 +247,37 @@ class LooseRidges {
     std::vector<std::uint8_t> in_band_;    ///< per quad
 };
 
+/// Regions of one patch each: where curves are not captured a region spreads over several.
+void part_by_patches(SheetMesh& mesh, SurfaceRegions& regions) {
+    const RidgeFinder ridges(mesh);
+    RegionGroups parts(static_cast<Index>(mesh.surface.size()));
+    for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), [&](std::span<const EdgeUse> uses) {
+        if (uses.size() != 2) return;
+        const SurfaceQuad &a = mesh.surface[uses[0].quad], &b = mesh.surface[uses[1].quad];
+        if (a.region == b.region && a.patch == b.patch && ridges.curve_of(uses[0].edge) == kNoIndex)
+            parts.join(uses[0].quad, uses[1].quad);
+    });
+    const std::vector<Index> number = parts.numbers();
+    regions.count = 0;
+    for (Index q = 0; q < mesh.surface.size(); ++q) {
+        mesh.surface[q].region = number[q];
+        regions.count = std::max(regions.count, number[q] + 1);
+    }
+}
+
 } // namespace
 
 void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings) {
+    part_by_patches(mesh, regions);
     LooseRidges ridges(mesh);
-    if (ridges.empty()) return;
-    ridges.find(rings);
-    Index bands = 0;
-    const std::vector<Index> number = ridges.numbers(bands);
-    for (Index q = 0; q < mesh.surface.size(); ++q)
-        if (number[q] != kNoIndex) mesh.surface[q].region = regions.count + number[q];
-    regions.count += bands;
+    if (!ridges.empty()) {
+        ridges.find(rings);
+        Index bands = 0;
+        const std::vector<Index> number = ridges.numbers(bands);
+        for (Index q = 0; q < mesh.surface.size(); ++q)
+            if (number[q] != kNoIndex) mesh.surface[q].region = regions.count + number[q];
+        regions.count += bands;
+    }
     regions.borders = find_borders(mesh);
 }
 
@@ -243,6 +295,10 @@ bool RegionGroups::join(Index a, Index b) {
     if (a == b) return false;
     parent_[std::max(a, b)] = std::min(a, b);
     return true;
+}
+
+void RegionGroups::part(std::span<const Index> whole_groups) {
+    for (Index region : whole_groups) parent_[region] = region;
 }
 
 std::vector<Index> RegionGroups::numbers() const {

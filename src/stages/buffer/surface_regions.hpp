@@ -23,9 +23,9 @@ SurfaceRegions find_regions(SheetMesh& mesh);
 /// Borders between the regions that are written in mesh.surface.
 std::vector<SurfaceRegions::Border> find_borders(const SheetMesh& mesh);
 
-/// Gives the surface on either side of ridges that end inside a region (a feature that fades out) regions of
-/// its own, `rings` quads wide, so that sheets can tell the sides apart. Where both sides hang together
-/// beside the ridge nothing is cut.
+/// Parts regions further for sheets that may leave through smooth surface: at borders of patches, and on
+/// either side of ridges that have the same region on both (a feature that fades out), where bands `rings`
+/// quads wide become regions of their own.
 void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings);
 
 /// Sets of regions, as numbers 0..count-1 by their lowest region.
@@ -34,6 +34,7 @@ class RegionGroups {
     explicit RegionGroups(Index region_count);
     bool join(Index a, Index b); ///< false: they were one already
     Index find(Index region) const;
+    void part(std::span<const Index> whole_groups); ///< all regions of some groups: each is one again
     /// Per region its group's number; the groups are numbered by their lowest region.
     std::vector<Index> numbers() const;
 
