@@ -10,6 +10,10 @@ namespace hexopt::fit {
 
 namespace {
 
+/// A curve whose ends are nearer to one another than this part of its length is cut, lest its path take the
+/// short way.
+constexpr double kDirect = 0.5;
+
 Leg make_leg(Index curve, Index from, Index to, std::vector<Point> points) {
     Leg leg{curve, {from, to}, std::move(points), {0}};
     for (std::size_t i = 1; i < leg.points.size(); ++i)
@@ -26,16 +30,17 @@ std::vector<Point> cut(const Leg& whole, double a, double b) {
     return points;
 }
 
-void add_loop(Index curve, const std::vector<Point>& points, Index corner, CurveNet& net) {
-    const Leg whole = make_leg(curve, corner, corner, points);
+/// Cuts a curve at way points of equal arc.
+void add_pieces(Index curve, const Leg& whole, CurveNet& net) {
     constexpr int kPieces = 4;
     std::array<Index, kPieces + 1> anchor;
-    for (int k = 0; k < kPieces; ++k) {
-        anchor[k] = k == 0 && corner != kNoIndex ? corner : static_cast<Index>(net.anchors.size());
-        if (anchor[k] == net.anchors.size())
-            net.anchors.push_back({point_at(whole, k * whole.length() / kPieces), kNoIndex, curve});
-    }
-    anchor[kPieces] = anchor[0];
+    const auto add_way_point = [&](int k) {
+        net.anchors.push_back({point_at(whole, k * whole.length() / kPieces), kNoIndex, curve});
+        return static_cast<Index>(net.anchors.size() - 1);
+    };
+    anchor[0] = whole.anchor[0] == kNoIndex ? add_way_point(0) : whole.anchor[0];
+    for (int k = 1; k < kPieces; ++k) anchor[k] = add_way_point(k);
+    anchor[kPieces] = whole.anchor[1] == kNoIndex ? anchor[0] : whole.anchor[1];
     for (int k = 0; k < kPieces; ++k)
         net.legs.push_back(
             make_leg(curve, anchor[k], anchor[k + 1],
@@ -53,10 +58,11 @@ CurveNet make_curve_net(const Domain& domain) {
         const auto first = static_cast<Index>(net.legs.size());
         const std::span<const Point> points = model.curve_points(c);
         const std::array<Index, 2> ends = model.curve_ends(c);
-        if (model.curve_closed(c) || ends[0] == ends[1])
-            add_loop(c, {points.begin(), points.end()}, ends[0], net);
+        Leg whole = make_leg(c, ends[0], ends[1], {points.begin(), points.end()});
+        if (glm::distance(points.front(), points.back()) < kDirect * whole.length())
+            add_pieces(c, whole, net);
         else
-            net.legs.push_back(make_leg(c, ends[0], ends[1], {points.begin(), points.end()}));
+            net.legs.push_back(std::move(whole));
         net.curve_legs.push_back({first, static_cast<Index>(net.legs.size())});
     }
     std::vector<std::vector<Index>> at(net.anchors.size());

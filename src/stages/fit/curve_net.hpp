@@ -23,8 +23,8 @@ struct Leg {
     double length() const { return arc_length.back(); }
 };
 
-/// Curves cut into legs. Those without a corner get four way points of equal arc, loops through one corner
-/// three more, so that no leg comes back to where it starts.
+/// Curves cut into legs. Those that come back to where they start, or nearly so, get way points of equal arc:
+/// four without a corner, else three.
 struct CurveNet {
     std::vector<Anchor> anchors;                  ///< corners first, by number
     std::vector<Leg> legs;                        ///< by curve, in the curve's direction
