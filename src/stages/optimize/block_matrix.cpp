@@ -3,6 +3,7 @@
 #include "stages/optimize/hex_kernels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -49,7 +50,7 @@ BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
     row_schedule_ = ChunkSchedule(pattern, problem.dof_count(), kRowChunk);
     offset_ = std::move(pattern.offset);
     column_ = std::move(pattern.item);
-    value_.resize(9 * column_.size());
+    value_.resize(9 * column_.size() + 1);
 
     slot_.assign(36 * problem.cell_count(), kNoSlot);
     for (std::size_t c = 0; c < problem.cell_count(); ++c) {
@@ -129,25 +130,40 @@ void BlockMatrix::add_diagonal(Index row, const glm::dmat3& block) {
     for (int k = 0; k < 9; ++k) to[k] += static_cast<float>(block[k / 3][k % 3]);
 }
 
-void BlockMatrix::multiply(std::span<const glm::vec3> x, std::span<glm::vec3> y,
-                           const Parallel& parallel) const {
-    parallel.for_each(rows(), kVectorChunk, [&](std::size_t i) { y[i] = glm::vec3(0); });
+namespace {
+
+using Float4 = BlockMatrix::Float4;
+
+Float4 load4(const float* from) {
+    Float4 r;
+    __builtin_memcpy(&r, from, sizeof r);
+    return r;
+}
+
+Float4 splat(float value) { return Float4{} + value; }
+
+float sum3(const Float4& v) { return v[0] + v[1] + v[2]; }
+
+} // namespace
+
+/// Rows of blocks are loaded four numbers at a time; the fourth belongs to the next row and ends up in a lane
+/// that nobody reads.
+void BlockMatrix::multiply(std::span<const Float4> x, std::span<Float4> y, const Parallel& parallel) const {
+    parallel.for_each(rows(), kVectorChunk, [&](std::size_t i) { y[i] = Float4{}; });
     row_schedule_.run(parallel, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
-            const glm::vec3 xi = x[row];
-            glm::vec3 sum(0);
-            for (std::size_t k = offset_[row]; k < offset_[row + 1]; ++k) {
-                const float* m = &value_[9 * k];
-                const glm::vec3& xj = x[column_[k]];
-                sum += glm::vec3(m[0] * xj.x + m[1] * xj.y + m[2] * xj.z,
-                                 m[3] * xj.x + m[4] * xj.y + m[5] * xj.z,
-                                 m[6] * xj.x + m[7] * xj.y + m[8] * xj.z);
-                if (column_[k] == row) continue;
-                y[column_[k]] += glm::vec3(m[0] * xi.x + m[3] * xi.y + m[6] * xi.z,
-                                           m[1] * xi.x + m[4] * xi.y + m[7] * xi.z,
-                                           m[2] * xi.x + m[5] * xi.y + m[8] * xi.z);
+            const Float4 x0 = splat(x[row][0]), x1 = splat(x[row][1]), x2 = splat(x[row][2]);
+            const float* m = &value_[9 * offset_[row]];
+            Float4 sum0 = load4(m) * x[row], sum1 = load4(m + 3) * x[row], sum2 = load4(m + 6) * x[row];
+            for (std::size_t k = offset_[row] + 1; k < offset_[row + 1]; ++k) {
+                m += 9;
+                const Float4 m0 = load4(m), m1 = load4(m + 3), m2 = load4(m + 6), xj = x[column_[k]];
+                sum0 += m0 * xj;
+                sum1 += m1 * xj;
+                sum2 += m2 * xj;
+                y[column_[k]] += m0 * x0 + m1 * x1 + m2 * x2;
             }
-            y[row] += sum;
+            y[row] += Float4{sum3(sum0), sum3(sum1), sum3(sum2), 0};
         }
     });
 }
@@ -168,11 +184,17 @@ Point restrict_to(const Freedom& freedom, const Point& v) {
 
 namespace {
 
+/// Upper triangle of a symmetric 3x3 block, row by row.
+using Symmetric = std::array<float, 6>;
+
 /// Inverse of the diagonal block on the allowed space; what is not allowed is kept at the block's own scale.
-glm::dmat3 inverse_diagonal(const float* m, const Freedom* freedom) {
-    glm::dmat3 block(m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]);
+Symmetric inverse_diagonal(const float* m, const Freedom* freedom) {
+    // Sums in single precision are symmetric but for rounding, which the inverse of a stiff block magnifies.
+    const double xy = 0.5 * (double{m[1]} + m[3]), xz = 0.5 * (double{m[2]} + m[6]),
+                 yz = 0.5 * (double{m[5]} + m[7]);
+    glm::dmat3 block(m[0], xy, xz, xy, m[4], yz, xz, yz, m[8]);
     const double scale = (block[0][0] + block[1][1] + block[2][2]) / 3;
-    if (!(scale > 0)) return glm::dmat3(1);
+    if (!(scale > 0)) return {1, 0, 0, 1, 0, 1};
     if (freedom && (freedom->kind == Freedom::plane || freedom->kind == Freedom::line)) {
         const Point d = freedom->direction;
         glm::dmat3 q = glm::outerProduct(d, d);
@@ -180,18 +202,35 @@ glm::dmat3 inverse_diagonal(const float* m, const Freedom* freedom) {
         block = q * block * q + scale * (glm::dmat3(1) - q);
     }
     for (int i = 0; i < 3; ++i) block[i][i] += 1e-6 * scale;
-    return glm::inverse(block);
+    const glm::mat3 inverse(glm::inverse(block));
+    return {inverse[0][0], inverse[1][0], inverse[2][0], inverse[1][1], inverse[2][1], inverse[2][2]};
 }
 
-double dot(std::span<const glm::vec3> a, std::span<const glm::vec3> b, const Parallel& parallel) {
+Float4 times(const Symmetric& m, const Float4& v) {
+    return Float4{m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
+                  m[2] * v[0] + m[4] * v[1] + m[5] * v[2], 0};
+}
+
+double dot(std::span<const Float4> a, std::span<const Float4> b, const Parallel& parallel) {
     return parallel.reduce(
         a.size(), kVectorChunk, 0.0,
         [&](std::size_t begin, std::size_t end) {
             double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += glm::dot(glm::dvec3(a[i]), glm::dvec3(b[i]));
+            for (std::size_t i = begin; i < end; ++i)
+                for (int axis = 0; axis < 3; ++axis)
+                    sum += static_cast<double>(a[i][axis]) * static_cast<double>(b[i][axis]);
             return sum;
         },
         std::plus<>());
+}
+
+Float4 to_float4(const Point& p) {
+    return Float4{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0};
+}
+
+Float4 restrict_to(const Freedom& freedom, const Float4& v) {
+    if (freedom.kind == Freedom::free) return v;
+    return to_float4(hexopt::restrict_to(freedom, Point(v[0], v[1], v[2])));
 }
 
 } // namespace
@@ -206,18 +245,19 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
     for (const Point& p : b) scale = std::max({scale, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     std::fill(x.begin(), x.end(), Point(0));
     if (!(scale > 0) || !std::isfinite(scale)) return result;
-    std::vector<glm::vec3> r(n), p(n), q(n);
-    std::vector<glm::vec3>& z = q; // the preconditioned residual is needed only while A p is not
-    std::vector<glm::mat3> inverse(n);
-    const auto allowed = [&](std::size_t i, const glm::vec3& v) {
-        return freedom.empty() ? v : glm::vec3(restrict_to(freedom[i], Point(v)));
+    std::vector<Float4> r(n), p(n), q(n);
+    std::vector<Float4>& z = q; // the preconditioned residual is needed only while A p is not
+    std::vector<Symmetric> inverse(n);
+    const auto allowed = [&](std::size_t i, const Float4& v) {
+        return freedom.empty() ? v : restrict_to(freedom[i], v);
     };
     parallel.for_each(n, 512, [&](std::size_t i) {
         inverse[i] = inverse_diagonal(matrix.diagonal(i), freedom.empty() ? nullptr : &freedom[i]);
-        r[i] = allowed(i, glm::vec3(b[i] / scale));
+        r[i] = allowed(i, to_float4(b[i] / scale));
     });
     const auto precondition = [&] {
-        parallel.for_each(n, kVectorChunk, [&](std::size_t i) { z[i] = allowed(i, inverse[i] * r[i]); });
+        parallel.for_each(n, kVectorChunk,
+                          [&](std::size_t i) { z[i] = allowed(i, times(inverse[i], r[i])); });
     };
     precondition();
     std::copy(z.begin(), z.end(), p.begin());
@@ -231,7 +271,7 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
         if (!(curvature > 0)) break;
         const double alpha = rz / curvature;
         parallel.for_each(n, kVectorChunk, [&](std::size_t i) {
-            x[i] += (alpha * scale) * Point(p[i]);
+            x[i] += (alpha * scale) * Point(p[i][0], p[i][1], p[i][2]);
             r[i] -= static_cast<float>(alpha) * q[i];
         });
         precondition();

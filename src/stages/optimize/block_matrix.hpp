@@ -23,8 +23,11 @@ class BlockMatrix {
     /// Adds a symmetric block to the diagonal of a row.
     void add_diagonal(Index row, const glm::dmat3& block);
 
+    /// Three numbers of a row and one without meaning, which must be finite.
+    using Float4 = float __attribute__((vector_size(16)));
+
     /// y = A x.
-    void multiply(std::span<const glm::vec3> x, std::span<glm::vec3> y, const Parallel& parallel) const;
+    void multiply(std::span<const Float4> x, std::span<Float4> y, const Parallel& parallel) const;
 
     /// The diagonal block of a row, row by row.
     const float* diagonal(std::size_t row) const { return &value_[9 * offset_[row]]; }
@@ -38,7 +41,7 @@ class BlockMatrix {
     const Problem* problem_;
     std::vector<std::size_t> offset_; ///< per row; the diagonal comes first, columns rise
     std::vector<Index> column_;
-    std::vector<float> value_;       ///< 9 a block
+    std::vector<float> value_;       ///< 9 a block, row by row, and one more at the end
     std::vector<std::uint8_t> slot_; ///< 36 a cell: place of a block within its row, kNoSlot if it has none
     ChunkSchedule row_schedule_;
 };

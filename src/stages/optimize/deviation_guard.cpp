@@ -10,12 +10,15 @@ namespace {
 
 /// Quads that come this close to the limit at nine points are sampled at 25.
 constexpr double kRefineAbove = 0.6;
+constexpr double kStartMargin = 1.1; ///< how much more than at the start a quad may deviate
+constexpr double kWithin = 0.8;      ///< share of its range that a vertex is pulled back to
 
 } // namespace
 
 DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                                const SurfaceLimits& limits, double allowed, const Parallel& parallel)
-    : surface_(surface), limits_(limits), allowed_(allowed), hint_(topology.boundary_faces.size(), kNoIndex) {
+    : surface_(surface), limits_(limits), start_allowed_(allowed),
+      hint_(topology.boundary_faces.size(), kNoIndex) {
     vertex_quad_.offset.assign(mesh.vertex_count() + 1, 0);
     for (CellFace face : topology.boundary_faces) {
         quads_.push_back(face_vertices(mesh, face));
@@ -29,31 +32,41 @@ DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, co
     std::vector<std::size_t> next(vertex_quad_.offset.begin(), vertex_quad_.offset.end() - 1);
     for (Index q = 0; q < quads_.size(); ++q)
         for (Index v : quads_[q]) vertex_quad_.item[next[v]++] = q;
+    allowed_.assign(quads_.size(), 0.0f);
+    parallel.for_each(quads_.size(), 64, [&](std::size_t q) {
+        const double start = quad_deviation(limits.start, static_cast<Index>(q), allowed);
+        allowed_[q] = static_cast<float>(start > allowed ? kStartMargin * start : allowed);
+    });
     contact_.emplace(mesh, topology, quads_, vertex_quad_, limits.start, allowed, parallel);
 }
 
-bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad) const {
+/// At nine points of the quad, or at 25 if those deviate by more than refine_above.
+double DeviationGuard::quad_deviation(std::span<const Point> positions, Index quad,
+                                      double refine_above) const {
     std::array<Point, 4> x;
     for (int k = 0; k < 4; ++k) x[k] = positions[quads_[quad][k]];
-    const double coarse = surface_.quad_deviation(x, kNoIndex, hint_[quad]);
-    if (coarse > allowed_) return true;
-    if (coarse < kRefineAbove * allowed_) return false;
+    double largest = surface_.quad_deviation(x, kNoIndex, hint_[quad]);
+    if (largest < refine_above) return largest;
     const Point centre = quad_centre(x);
     for (int k = 0; k < 4; ++k) {
         const Point next = 0.5 * (x[k] + x[(k + 1) % 4]), previous = 0.5 * (x[k] + x[(k + 3) % 4]);
         Index hint = hint_[quad];
-        if (surface_.quad_deviation(std::array<Point, 4>{x[k], next, centre, previous}, kNoIndex, hint) >
-            allowed_)
-            return true;
+        largest = std::max(largest, surface_.quad_deviation(
+                                        std::array<Point, 4>{x[k], next, centre, previous}, kNoIndex, hint));
     }
-    return false;
+    return largest;
+}
+
+bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad) const {
+    const double allowed = allowed_[quad];
+    return quad_deviation(positions, quad, kRefineAbove * allowed) > allowed;
 }
 
 /// Whether a place of the input's boundary near a vertex is farther than allowed from the quads now around
 /// it.
 bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vertex) const {
     const auto moved_little = [&](Index v) {
-        return glm::distance(positions[v], limits_.start[v]) <= allowed_;
+        return glm::distance(positions[v], limits_.start[v]) <= start_allowed_;
     };
     std::vector<Index> around;
     const auto is_covered = [&](const Point& place) {
@@ -70,7 +83,7 @@ bool DeviationGuard::start_deviates(std::span<const Point> positions, Index vert
             const Point centre = quad_centre(x);
             for (int k = 0; k < 4; ++k)
                 if (glm::distance(place, closest_on_triangle(place, x[k], x[(k + 1) % 4], centre).point) <=
-                    allowed_)
+                    start_allowed_)
                     return true;
             return false;
         });
@@ -113,14 +126,24 @@ std::vector<Index> DeviationGuard::violators(std::span<const Point> positions,
     return found;
 }
 
-void DeviationGuard::tighten(std::span<const Point> positions, std::span<const Index> violators,
+void DeviationGuard::tighten(std::span<const Point> positions, std::span<const Index> violators, float share,
                              SurfaceLimits& limits) const {
-    static constexpr float kNarrower = 0.8f;
     for (Index v : violators) {
         const auto moved = static_cast<float>(glm::distance(positions[v], limits.start[v]));
-        limits.reach[v] = std::min(limits.reach[v], moved) * kNarrower;
-        limits.band[v] *= kNarrower;
-        limits.band_share[v] *= kNarrower;
+        limits.reach[v] = std::min(limits.reach[v], moved) * share;
+        limits.band[v] *= share;
+        limits.band_share[v] *= share;
+    }
+}
+
+void DeviationGuard::pull_back(std::span<Point> positions, std::span<const Index> vertices) const {
+    const auto bound = surface_.associations();
+    for (Index v : vertices) {
+        const Point start = limits_.start[v];
+        const double moved = glm::distance(positions[v], start), range = kWithin * limits_.reach[v];
+        if (!(moved > range)) continue;
+        const Point inside = start + range / moved * (positions[v] - start);
+        positions[v] = range > 0 && limits_.band[v] == 0 ? surface_.project(bound[v], inside).point : inside;
     }
 }
 

@@ -13,7 +13,7 @@ namespace hexopt {
 /// not touch itself where it did not at the start (ContactGuard).
 class DeviationGuard {
   public:
-    /// allowed: deviation that is admitted, model units.
+    /// allowed: deviation that is admitted, model units; a quad that deviates more at the start may go on so.
     DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                    const SurfaceLimits& limits, double allowed, const Parallel& parallel);
     DeviationGuard(const DeviationGuard&) = delete;
@@ -23,20 +23,26 @@ class DeviationGuard {
     std::vector<Index> violators(std::span<const Point> positions, std::span<const Index> vertices,
                                  const Parallel& parallel) const;
 
-    /// Narrows the limits of the violators so that their next excursion is shorter.
-    void tighten(std::span<const Point> positions, std::span<const Index> violators,
+    /// Narrows the limits of the violators to `share` (0..1) of how far they went, so that their next
+    /// excursion is shorter.
+    void tighten(std::span<const Point> positions, std::span<const Index> violators, float share,
                  SurfaceLimits& limits) const;
+
+    /// Moves vertices that are beyond their range back into it.
+    void pull_back(std::span<Point> positions, std::span<const Index> vertices) const;
 
     /// All vertices of the boundary.
     std::span<const Index> boundary_vertices() const { return boundary_vertices_; }
 
   private:
+    double quad_deviation(std::span<const Point> positions, Index quad, double refine_above) const;
     bool quad_deviates(std::span<const Point> positions, Index quad) const;
     bool start_deviates(std::span<const Point> positions, Index vertex) const;
 
     const BoundaryModel& surface_;
     const SurfaceLimits& limits_;
-    double allowed_;
+    std::vector<float> allowed_; ///< per quad, model units
+    double start_allowed_;
     std::vector<Quad> quads_;
     Csr<Index> vertex_quad_;
     std::vector<Index> boundary_vertices_;

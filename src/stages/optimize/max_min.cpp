@@ -7,7 +7,8 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kMaxNarrowings = 8;
+constexpr int kMaxNarrowings = 2;
+constexpr float kNarrower = 0.8f;
 
 struct Worst {
     double min_sj = 2;
@@ -77,12 +78,11 @@ namespace {
 
 class MaxMin {
   public:
-    MaxMin(Movement& movement, std::vector<Point>& positions, double eps, Budget& budget)
-        : movement_(movement), positions_(positions), eps_(eps), budget_(budget) {
+    MaxMin(Movement& movement, std::vector<Point>& positions, double eps, double work, Budget& budget)
+        : movement_(movement), positions_(positions), eps_(eps), work_left_(work), budget_(budget) {
         Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets);
         whole.update_lengths(positions, budget.parallel());
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
-        work_left_ += max_min::kWorkPerCell * static_cast<double>(movement.mesh->cell_count());
         measure_ = measure_cells(whole, positions, budget.parallel());
         place_.assign(movement.mesh->cell_count(), kNoIndex);
         for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
@@ -101,10 +101,12 @@ class MaxMin {
             const max_min::Strategy& how = max_min::kStrategies[strategy];
             if (attempt(before + how.rise, how.shape_weight, result))
                 result.min_sj_after = summarise(measure_).min_sj;
-            budget_.context().log(
-                LogLevel::debug,
-                fmt::format("max-min {}: min SJ {:.4f} -> {:.4f} with rise {}, weight {:.0e}", result.rounds,
-                            before, result.min_sj_after, how.rise, how.shape_weight));
+            budget_.context().log(LogLevel::debug,
+                                  fmt::format("max-min {}: min SJ {:.4f} -> {:.4f} with rise {}, weight "
+                                              "{:.0e}, {} cells, {} steps, {} cg",
+                                              result.rounds, before, result.min_sj_after, how.rise,
+                                              how.shape_weight, attempt_cells_, result.newton_steps,
+                                              result.cg_iterations));
             if (result.min_sj_after - before > max_min::kWorthwhile) {
                 tries_in_vain = 0;
                 continue;
@@ -126,6 +128,7 @@ class MaxMin {
                                                   seeds, max_min::kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets);
         problem.update_lengths(positions_, budget_.parallel());
+        attempt_cells_ = problem.cell_count();
         saved_.assign(problem.dof_count(), Point(0));
         for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];
 
@@ -137,19 +140,40 @@ class MaxMin {
             if (narrowing > 0) motion.emplace(problem, *movement_.surface, *movement_.limits);
             minimise_penalty(newton, theta, shape_weight, result);
             const std::vector<Index> violators = find_violators(problem);
-            if (violators.empty()) {
-                std::vector<CellMeasure> after;
-                if (!measure_neighbourhood(problem, &after).is_better_than(before)) break;
-                for (std::size_t i = 0; i < after.size(); ++i)
-                    measure_[place_[problem.cell_id()[i]]] = after[i];
-                return true;
-            }
-            movement_.guard->tighten(positions_, violators, *movement_.limits);
+            if (!violators.empty())
+                movement_.guard->tighten(positions_, violators, kNarrower, *movement_.limits);
+            if (accept(problem, motion ? &*motion : nullptr, before, !violators.empty())) return true;
+            if (violators.empty()) break;
         }
         for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
         problem.apply_hanging(positions_);
         for (Index v : opened) movement_.limits->band[v] = 0;
         return false;
+    }
+
+    /// Keeps where the dofs have got to, or a half or a quarter of the way there, if that is better and no
+    /// quad deviates too far. violates: some do at the end of the way.
+    bool accept(Problem& problem, const Motion* motion, const Worst& before, bool violates) {
+        reached_.resize(problem.dof_count());
+        for (std::size_t d = 0; d < reached_.size(); ++d) reached_[d] = positions_[problem.dof_vertex()[d]];
+        std::vector<CellMeasure> after;
+        for (double share = violates ? 0.5 : 1; share >= 0.25; share *= 0.5) {
+            if (share < 1) go_share_of_way(problem, motion, share);
+            if (!measure_neighbourhood(problem, &after).is_better_than(before)) continue;
+            if (share < 1 && !find_violators(problem).empty()) continue;
+            for (std::size_t i = 0; i < after.size(); ++i) measure_[place_[problem.cell_id()[i]]] = after[i];
+            return true;
+        }
+        go_share_of_way(problem, nullptr, 1);
+        return false;
+    }
+
+    void go_share_of_way(const Problem& problem, const Motion* motion, double share) {
+        for (Index d = 0; d < reached_.size(); ++d) {
+            const Point wanted = saved_[d] + share * (reached_[d] - saved_[d]);
+            positions_[problem.dof_vertex()[d]] = motion ? motion->place(d, wanted) : wanted;
+        }
+        problem.apply_hanging(positions_);
     }
 
     std::vector<Index> find_violators(const Problem& problem) const {
@@ -178,19 +202,19 @@ class MaxMin {
 
     Movement& movement_;
     std::vector<Point>& positions_;
-    double eps_;
+    double eps_, work_left_;
     Budget& budget_;
-    double work_left_ = max_min::kWorkAtLeast;
     std::vector<Index> cell_id_, place_;
+    std::size_t attempt_cells_ = 0;
     std::vector<CellMeasure> measure_;
-    std::vector<Point> saved_;
+    std::vector<Point> saved_, reached_; ///< per dof of the attempt: before and after it
 };
 
 } // namespace
 
 MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
-                               Budget& budget) {
-    return MaxMin(movement, positions, eps, budget).run(target);
+                               double work, Budget& budget) {
+    return MaxMin(movement, positions, eps, work, budget).run(target);
 }
 
 } // namespace hexopt

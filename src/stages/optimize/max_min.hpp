@@ -59,8 +59,8 @@ std::vector<Index> open_bands(const Movement& movement, std::span<const Index> c
 /// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a
 /// penalty on every corner below a threshold that rises with the minimum. positions are changed only where
 /// the minimum rises and no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once
-/// the minimum reaches it.
+/// the minimum reaches it; work: cells times Newton steps that may be spent.
 MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
-                               Budget& budget);
+                               double work, Budget& budget);
 
 } // namespace hexopt

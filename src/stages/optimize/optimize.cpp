@@ -1,6 +1,7 @@
 #include "stages/optimize/optimize.hpp"
 
 #include "domain/boundary_model.hpp"
+#include "stages/optimize/cell_search.hpp"
 #include "stages/optimize/device_driver.hpp"
 #include "stages/optimize/hex_kernels.hpp"
 #include "stages/optimize/infeasible.hpp"
@@ -58,31 +59,16 @@ MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, 
         combine);
 }
 
-std::vector<Index> find_bad_cells(const HexMesh& mesh) {
-    const std::vector<float> ones(3 * kGroup, 1.0f);
-    const std::vector<std::uint32_t> all(kGroup, ~0u);
-    std::vector<Index> bad;
-    HexMeasure lanes;
-    for (std::size_t c = 0; c < mesh.cell_count(); c += kGroup) {
-        const int count = static_cast<int>(std::min<std::size_t>(kGroup, mesh.cell_count() - c));
-        hex_kernels().measure(
-            {mesh.positions.data(), &mesh.cells[c], ones.data(), ones.data(), all.data(), count, 1}, lanes);
-        for (int i = 0; i < count; ++i)
-            if (!(lanes.min_det32[i] > 0)) bad.push_back(static_cast<Index>(c) + i);
-    }
-    return bad;
-}
-
 /// Says which of the cells that are still bad nobody could have mended, given what may move.
 void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-                       const OptimizeOptions& options, OptimizeStats& stats) {
+                       const OptimizeOptions& options, const Parallel& parallel, OptimizeStats& stats) {
     const bool sliding = options.boundary == BoundaryMode::slide;
     if (sliding && options.max_deviation_rel > 0) return; // every vertex may move
     std::vector<std::uint8_t> movable(mesh.vertex_count());
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
         movable[v] =
             sliding ? surface->associations()[v].kind != EntityKind::corner : !topology.on_boundary[v];
-    const std::vector<Index> bad = find_bad_cells(mesh);
+    const std::vector<Index> bad = find_bad_cells(mesh, mesh.positions, parallel);
     Infeasibility all = prove_infeasible(mesh, topology, movable, bad, kAllTets);
     stats.min_bad8 = prove_infeasible(mesh, topology, movable, bad, kCornerTets).bound();
     stats.min_bad32 = all.bound();
@@ -106,6 +92,7 @@ Status check_combination(const OptimizeOptions& o) {
                 "the thesis method keeps the boundary fixed; fix it, or take the robust method to slide");
         if (o.max_deviation_rel > 0)
             return usage("a deviation from the surface needs a sliding boundary and the robust method");
+        if (o.effort == Effort::quick) return usage("the thesis method knows no quick effort");
         return Done{};
     }
     if (o.energy == Energy::structural || o.energy == Energy::hyperelastic)
@@ -194,7 +181,8 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     stats.bad32_after = best.bad32;
     stats.min_sj_after = best.min_sj;
     stats.restored_input = !improved;
-    if (best.bad32 > 0 && !budget.exhausted()) explain_bad_cells(mesh, topology, surface, options, stats);
+    if (best.bad32 > 0 && !budget.exhausted())
+        explain_bad_cells(mesh, topology, surface, options, context.parallel(), stats);
     stats.seconds = budget.seconds();
     if (context.is_cancelled())
         return make_error(ErrorCode::cancelled, "optimize", "",

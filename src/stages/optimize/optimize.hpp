@@ -28,6 +28,11 @@ enum class Decomposition { corner8, path24, all32 };
 
 enum class BoundaryMode { fixed, slide };
 
+enum class Effort {
+    normal, ///< all that the method can do
+    quick,  ///< a bounded time a cell, for meshes as a mesher makes them: sound but near the boundary
+};
+
 /// Where Algorithm 1 puts a vertex: the mean of the kernel's extreme points along the six axis directions
 /// (4.11); the same, and along twenty more where that fails (4.12, as printed); or the kernel's deepest
 /// point, with vertices that block one another untangled together.
@@ -48,8 +53,9 @@ struct OptimizeOptions {
     UntangleTarget untangle = UntangleTarget::deepest_point; ///< thesis method only
     GradientKind gradient = GradientKind::analytic;          ///< thesis method only
     double max_deviation_rel = 0; ///< 0..0.1 of the bounding-box diagonal; 0: on the surface, features exact
-    bool max_min = true;          ///< final stage that raises the worst cells; robust method only
-    double min_sj = 1;            ///< stop once the minimum scaled Jacobian reaches this; -1..1
+    Effort effort = Effort::normal; ///< quick: the robust method only
+    bool max_min = true;            ///< final stage that raises the worst cells; robust method only
+    double min_sj = 1;              ///< stop once the minimum scaled Jacobian reaches this; -1..1
     double time_limit_s = std::numeric_limits<double>::infinity();
     int max_iterations = 1000000; ///< Newton steps or sweeps, all phases together; >= 1
 };
@@ -67,7 +73,7 @@ struct OptimizeStats {
     double min_sj_before = 0, min_sj_after = 0;
     int newton_steps = 0, sweeps = 0, cg_iterations = 0;
     double seconds = 0;
-    bool restored_input = false;   ///< nothing better than the input was found, which is returned unchanged
+    bool restored_input = false; ///< nothing better than the input was found, which is returned unchanged
     std::vector<Index> infeasible_cells; ///< cells proved to stay bad wherever the free vertices go
     Csr<Index> infeasible_groups; ///< at least one cell of each row is proved to stay bad; rows disjoint
     std::size_t min_bad8 = 0, min_bad32 = 0; ///< proved: no placing of the free vertices leaves fewer

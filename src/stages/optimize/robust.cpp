@@ -1,10 +1,13 @@
 #include "stages/optimize/robust.hpp"
 
+#include "stages/optimize/cell_search.hpp"
 #include "stages/optimize/max_min.hpp"
 #include "stages/optimize/untangle.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <optional>
+#include <utility>
 
 namespace hexopt {
 
@@ -17,7 +20,21 @@ constexpr double kSlidingDeviationRel = 0.005;
 constexpr double kGuardMargin = 0.9;
 /// Share of the deviation that a vertex itself may leave the surface by; the rest is for the quads between.
 constexpr double kBandShare = 0.8;
-constexpr int kMaxNarrowings = 6;
+constexpr int kMaxNarrowings = 12;
+constexpr int kFreezeAfter = 6; ///< narrowings after which vertices that still go too far stay at their start
+constexpr float kNarrower = 0.6f;
+
+/// Effort::quick: cells are poor from this mean energy of a tetrahedron on (1: cube), and what is moved are
+/// the rings round them.
+constexpr double kPoorEnergy = 1.3;
+constexpr int kPoorRings = 3;
+constexpr int kQuickRounds = 4; ///< of the first pass
+constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
+
+/// Work of max-min (see max_min::kWorkPerCell) a start, and up to how many cells there is more than one
+/// start.
+constexpr double kSlidingWorkAtLeast = 3e6;
+constexpr std::size_t kSeveralStartsUpTo = 20000;
 
 class RobustRun {
   public:
@@ -30,46 +47,71 @@ class RobustRun {
 
     void run() {
         Context& context = budget_.context();
+        movement_.mesh = &mesh_;
+        movement_.topology = &topology_;
+        movement_.tets = tets_of(options_.decomposition);
+        if (surface_ && options_.effort == Effort::quick) {
+            slide_where_needed();
+            raise_sliding();
+            return;
+        }
         context.report("untangle", 0.02);
         untangle_interior();
         keep_if_better_();
-        if (surface_ && !budget_.exhausted()) {
-            raise_with_fixed_boundary();
-            context.report("slide", 0.4);
-            slide();
-            keep_if_better_();
-        }
-        if (!options_.max_min) return;
+        if (surface_) return slide_from_several_starts();
         context.report("max-min", 0.6);
         raise_worst();
-        if (surface_ && options_.max_deviation_rel > 0 && !budget_.exhausted()) {
-            context.report("max-min in the band", 0.8);
-            let_corners_move();
-            raise_worst();
-        }
     }
 
   private:
-    /// Sliding ends below what a fixed boundary allows on some meshes: that result is kept as one to beat.
-    /// Sliding itself starts from the smoother state before it.
-    void raise_with_fixed_boundary() {
-        if (!options_.max_min) return;
-        const std::vector<Point> untangled = positions_;
+    /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, and the one
+    /// that max-min reaches with the boundary fixed, which also is a result to beat.
+    void slide_from_several_starts() {
+        if (budget_.exhausted()) return;
+        const std::vector<Point> smooth = positions_;
         raise_worst();
-        positions_ = untangled;
+        const std::vector<Point> raised = std::exchange(positions_, smooth);
+        budget_.context().report("slide", 0.3);
+        set_up_sliding();
+        const SurfaceLimits limits = limits_;
+        const std::vector<std::uint8_t> movable = movement_.movable;
+        slide(movement_.movable);
+        keep_if_better_();
+        raise_sliding();
+        if (!options_.max_min || mesh_.cell_count() > kSeveralStartsUpTo || budget_.exhausted()) return;
+        budget_.context().report("second start", 0.7);
+        positions_ = raised;
+        limits_ = limits;
+        movement_.movable = movable;
+        movement_.band = 0;
+        raise_sliding();
+    }
+
+    /// Max-min on the surface, then in the band.
+    void raise_sliding() {
+        budget_.context().report("max-min", 0.5);
+        raise_worst();
+        if (!(options_.max_deviation_rel > 0) || budget_.exhausted()) return;
+        let_corners_move();
+        raise_worst();
     }
 
     void raise_worst() {
-        const MaxMinResult result = raise_worst_cells(movement_, positions_, eps_, options_.min_sj, budget_);
+        if (!options_.max_min) return;
+        const bool quick = options_.effort == Effort::quick;
+        const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
+        const double at_least = quick               ? kQuickWorkAtLeast
+                                : movement_.surface ? kSlidingWorkAtLeast
+                                                    : max_min::kWorkAtLeast;
+        const double work = at_least + per_cell * static_cast<double>(mesh_.cell_count());
+        const MaxMinResult result =
+            raise_worst_cells(movement_, positions_, eps_, options_.min_sj, work, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         keep_if_better_();
     }
 
     void untangle_interior() {
-        movement_.mesh = &mesh_;
-        movement_.topology = &topology_;
-        movement_.tets = tets_of(options_.decomposition);
         movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = !topology_.on_boundary[v];
@@ -89,19 +131,36 @@ class RobustRun {
         finish_untangling(newton);
     }
 
-    void finish_untangling(Newton& newton) {
-        const UntangleResult result = untangle_regularised(newton, budget_);
+    void finish_untangling(Newton& newton, int max_rounds = kMaxUntangleRounds) {
+        const UntangleResult result = untangle_regularised(newton, max_rounds, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         eps_ = result.eps;
     }
 
-    void slide() {
+    /// Mends what is poor, boundary included, and leaves the rest of the mesh alone. The interior by itself
+    /// only where that fails.
+    void slide_where_needed() {
+        budget_.context().report("slide", 0.02);
+        set_up_sliding();
+        const std::vector<Index> poor = find_poor_cells(mesh_, positions_, kPoorEnergy, budget_.parallel());
+        budget_.context().log(LogLevel::debug, fmt::format("{} poor cells", poor.size()));
+        slide(movable_neighbourhood(mesh_, topology_, movement_.movable, poor, kPoorRings));
+        keep_if_better_();
+        if (bad_cells().empty() || budget_.exhausted()) return;
+        const std::vector<std::uint8_t> sliding = movement_.movable;
+        untangle_interior();
+        movement_.movable = sliding;
+        keep_if_better_();
+    }
+
+    void set_up_sliding() {
         const double diagonal = surface_->diagonal();
         const double deviation =
             (options_.max_deviation_rel > 0 ? options_.max_deviation_rel : kSlidingDeviationRel) * diagonal;
         limits_ = compute_surface_limits(mesh_, topology_, *surface_, deviation, budget_.parallel());
         const auto bound = surface_->associations();
+        movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = bound[v].kind == EntityKind::interior ||
                                    bound[v].kind == EntityKind::patch || bound[v].kind == EntityKind::curve;
@@ -110,10 +169,13 @@ class RobustRun {
         movement_.limits = &limits_;
         movement_.guard = &*guard_;
         band_ = kBandShare * options_.max_deviation_rel * diagonal;
-        if (const auto bad = slide_within_deviation(); !bad.empty() && band_ > 0) {
+    }
+
+    void slide(const std::vector<std::uint8_t>& moving) {
+        if (const auto bad = slide_within_deviation(moving); !bad.empty() && band_ > 0) {
             let_corners_move();
             open_bands(movement_, bad);
-            slide_within_deviation();
+            slide_within_deviation(movement_.movable);
             movement_.band = 0;
         }
     }
@@ -126,38 +188,61 @@ class RobustRun {
         movement_.band = band_;
     }
 
-    /// Slides, narrows the limits where quads deviate too far, and slides on from there.
-    std::vector<Index> slide_within_deviation() {
+    /// Slides the vertices named by `moving`; where quads then deviate too far, narrows the limits and goes
+    /// on round them. Returns the cells that stay bad.
+    std::vector<Index> slide_within_deviation(std::vector<std::uint8_t> moving) {
         const std::vector<Point> before = positions_;
         for (int narrowing = 0; narrowing < kMaxNarrowings && !budget_.exhausted(); ++narrowing) {
-            const std::vector<Index> bad = slide_all();
-            const auto violators =
-                guard_->violators(positions_, guard_->boundary_vertices(), budget_.parallel());
-            if (violators.empty()) return bad;
-            guard_->tighten(positions_, violators, limits_);
+            slide_vertices(moving, narrowing);
+            const std::vector<Index> violators =
+                guard_->violators(positions_, boundary_among(moving), budget_.parallel());
+            if (violators.empty()) return bad_cells();
+            budget_.context().log(LogLevel::debug, fmt::format("{} vertices deviate", violators.size()));
+            const bool freeze = narrowing >= kFreezeAfter;
+            guard_->tighten(positions_, violators, freeze ? 0 : kNarrower, limits_);
+            guard_->pull_back(positions_, violators);
+            if (freeze)
+                for (Index v : violators) movement_.movable[v] = 0;
+            moving = movable_neighbourhood(mesh_, topology_, movement_.movable, cells_at(violators), 2);
         }
         positions_ = before;
-        Problem problem(mesh_, topology_, movement_.movable);
-        problem.update_lengths(positions_, budget_.parallel());
-        return bad_cells(problem);
+        return bad_cells();
     }
 
-    std::vector<Index> bad_cells(const Problem& problem) const {
-        std::vector<Index> bad;
-        const auto cells = measure_cells(problem, positions_, budget_.parallel());
-        for (std::size_t i = 0; i < cells.size(); ++i)
-            if (cells[i].has_bad32) bad.push_back(problem.cell_id()[i]);
-        return bad;
+    /// Untangles with the given vertices movable. Quick: the last rounds only round what is still bad.
+    void slide_vertices(const std::vector<std::uint8_t>& moving, int narrowing) {
+        const bool quick = options_.effort == Effort::quick && narrowing == 0;
+        untangle_sliding(moving, quick ? kQuickRounds : kMaxUntangleRounds);
+        if (!quick) return;
+        if (const auto bad = bad_cells(); !bad.empty())
+            untangle_sliding(movable_neighbourhood(mesh_, topology_, movement_.movable, bad, kPoorRings),
+                             kMaxUntangleRounds);
     }
 
-    /// Untangles with everything movable; returns the cells that stay bad.
-    std::vector<Index> slide_all() {
-        Problem problem(mesh_, topology_, movement_.movable, movement_.tets);
+    void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds) {
+        Problem problem(mesh_, topology_, moving, movement_.tets);
         SurfaceMotion motion(problem, *surface_, limits_);
         Newton newton(problem, positions_, &motion, budget_);
-        finish_untangling(newton);
-        return bad_cells(problem);
+        finish_untangling(newton, max_rounds);
     }
+
+    std::vector<Index> boundary_among(const std::vector<std::uint8_t>& moving) const {
+        std::vector<Index> vertices;
+        for (Index v : guard_->boundary_vertices())
+            if (moving[v]) vertices.push_back(v);
+        return vertices;
+    }
+
+    std::vector<Index> cells_at(const std::vector<Index>& vertices) const {
+        std::vector<Index> cells;
+        for (Index v : vertices)
+            for (CellCorner corner : topology_.vertex_cell[v]) cells.push_back(corner.cell);
+        std::sort(cells.begin(), cells.end());
+        cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+        return cells;
+    }
+
+    std::vector<Index> bad_cells() const { return find_bad_cells(mesh_, positions_, budget_.parallel()); }
 
     const HexMesh& mesh_;
     const Topology& topology_;

@@ -10,20 +10,44 @@ namespace hexopt {
 namespace {
 
 constexpr double kFreeShare = 0.8; ///< of its range within which nothing holds a vertex back
-constexpr double kReachFactor = 4; ///< generous: DeviationGuard narrows where the quads do deviate
+constexpr double kReachFactor = 1;
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
-/// Largest of a few radii around the vertex's own edge length within which sliding stays within the
-/// deviation.
-float compute_reach(const BoundaryModel& surface, Association bound_to, const Point& at, double edge,
-                    double deviation) {
-    for (double radius = 8 * edge; radius > edge / 64; radius /= 2) {
-        const double spread = surface.normal_spread(bound_to, at, radius);
-        const double sine = spread >= 1.5707963 ? 1 : std::sin(spread);
-        if (radius * sine <= kReachFactor * deviation)
-            return radius == 8 * edge ? kUnlimited : static_cast<float>(radius);
+/// Largest angle between the direction at a place of the surface and those found about `radius` away from it.
+/// diagonal: looks between the frame's axes instead of along them.
+double direction_spread(const BoundaryModel& surface, Association bound_to, const Projection& at,
+                        double radius, bool diagonal) {
+    LocalFrame frame = surface.local_frame(bound_to, at);
+    if (diagonal && frame.freedom == 2) {
+        const Point u = frame.axis[0], v = frame.axis[1];
+        frame.axis[0] = 0.70710678 * (u + v);
+        frame.axis[1] = 0.70710678 * (u - v);
     }
-    return static_cast<float>(std::min(kReachFactor * deviation, edge));
+    double least_cosine = 1;
+    for (int axis = 0; axis < frame.freedom; ++axis)
+        for (double sign : {-1.0, 1.0}) {
+            const Projection near =
+                surface.project(bound_to, at.point + sign * radius * frame.axis[axis], at.element);
+            least_cosine = std::min(least_cosine, glm::dot(near.smooth_direction, at.smooth_direction));
+        }
+    return std::acos(std::max(least_cosine, -1.0));
+}
+
+/// How far sliding stays within a multiple of the deviation, from the bend of the surface up to four of the
+/// vertex's own edges away.
+float compute_reach(const BoundaryModel& surface, Association bound_to, const Projection& at, double edge,
+                    double deviation) {
+    const double allowed = kReachFactor * deviation;
+    double inner = std::min(allowed, edge / 4), widest = 0;
+    bool diagonal = false;
+    for (double radius = edge / 4; radius <= 4 * edge; radius *= 2, diagonal = !diagonal) {
+        widest = std::max(widest, 2 * direction_spread(surface, bound_to, at, radius, diagonal));
+        if (radius * std::sin(std::min(widest, 1.5707963)) > allowed)
+            // The bend grows with the radius about linearly.
+            return static_cast<float>(std::max(inner, radius * std::sqrt(allowed / (radius * widest))));
+        inner = radius;
+    }
+    return kUnlimited;
 }
 
 } // namespace
@@ -45,15 +69,16 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
             edge =
                 std::max(edge, glm::distance(mesh.positions[cell[0]], mesh.positions[cell[6]]) / 1.7320508);
         }
-        limits.start[v] = surface.project(bound[v], mesh.positions[v]).point;
-        limits.reach[v] = compute_reach(surface, bound[v], limits.start[v], edge, deviation);
+        const Projection at = surface.project(bound[v], mesh.positions[v]);
+        limits.start[v] = at.point;
+        limits.reach[v] = compute_reach(surface, bound[v], at, edge, deviation);
     });
     return limits;
 }
 
 SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
                              const SurfaceLimits& limits)
-    : problem_(problem), surface_(surface), limits_(limits), hint_(problem.dof_count(), kNoIndex) {
+    : problem_(problem), surface_(surface), limits_(limits), last_(problem.dof_count()) {
     const auto bound = surface.associations();
     for (Index d = 0; d < problem.dof_count(); ++d) {
         const Index v = problem.dof_vertex()[d];
@@ -63,9 +88,10 @@ SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surfac
 }
 
 Projection SurfaceMotion::project(Index dof, const Point& query) const {
+    Last& last = last_[dof];
     const Projection at =
-        surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, hint_[dof]);
-    hint_[dof] = at.element;
+        surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, last.element);
+    last = {query, at.point, at.smooth_direction, at.element};
     return at;
 }
 
@@ -75,12 +101,11 @@ void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<Freedom
         const Index v = problem_.dof_vertex()[d];
         out[d] = {};
         if (bound[v].kind == EntityKind::interior || is_off_surface(v)) continue;
-        if (bound[v].kind == EntityKind::patch)
-            out[d] = {Freedom::plane, project(d, positions[v]).smooth_direction};
-        else if (bound[v].kind == EntityKind::curve)
-            out[d] = {Freedom::line, project(d, positions[v]).smooth_direction};
-        else
-            out[d] = {Freedom::none, Point(0)};
+        out[d] = {Freedom::none, Point(0)};
+        if (bound[v].kind == EntityKind::corner) continue;
+        // Where place() put it, the direction is known.
+        if (last_[d].element == kNoIndex || last_[d].foot != positions[v]) project(d, positions[v]);
+        out[d] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, last_[d].direction};
     }
 }
 
@@ -105,9 +130,21 @@ void add_limit(const Point& offset, double range, LimitTerm& term) {
 
 } // namespace
 
+/// Whether the last projection shows that nothing holds a dof off the surface back here: the distance to the
+/// surface grows by no more than the way.
+bool SurfaceMotion::is_well_within(Index dof, const Point& at) const {
+    const Last& last = last_[dof];
+    const Index v = problem_.dof_vertex()[dof];
+    if (last.element == kNoIndex) return false;
+    const double distance = glm::distance(at, last.foot);
+    return distance <= kFreeShare * limits_.band[v] &&
+           glm::distance(at, limits_.start[v]) + distance <= kFreeShare * limits_.reach[v];
+}
+
 LimitTerm SurfaceMotion::limit(Index dof, const Point& at) const {
     const Index v = problem_.dof_vertex()[dof];
     LimitTerm term;
+    if (is_off_surface(v) && is_well_within(dof, at)) return term;
     const Point foot = is_off_surface(v) ? project(dof, at).point : at;
     if (limits_.reach[v] < kUnlimited) add_limit(foot - limits_.start[v], limits_.reach[v], term);
     if (is_off_surface(v)) add_limit(at - foot, limits_.band[v], term);

@@ -33,12 +33,19 @@ class SurfaceMotion final : public Motion {
   private:
     bool is_off_surface(Index vertex) const { return limits_.band[vertex] > 0; }
     Projection project(Index dof, const Point& query) const;
+    bool is_well_within(Index dof, const Point& at) const;
+
+    /// A dof's last projection.
+    struct Last {
+        Point query{0}, foot{0}, direction{0};
+        Index element = kNoIndex;
+    };
 
     const Problem& problem_;
     const BoundaryModel& surface_;
     const SurfaceLimits& limits_;
     std::vector<Index> limited_;
-    mutable std::vector<Index> hint_; ///< per dof: element of its last projection; only saves time
+    mutable std::vector<Last> last_; ///< per dof; only saves time
 };
 
 } // namespace hexopt

@@ -158,7 +158,7 @@ class ThesisRun {
                 for (Index v : mesh_.cells[c]) moving[v] = movable_[v];
         Problem problem(mesh_, topology_, moving);
         Newton newton(problem, positions_, nullptr, budget_);
-        const UntangleResult result = untangle_regularised(newton, budget_);
+        const UntangleResult result = untangle_regularised(newton, kMaxUntangleRounds, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         const std::size_t now = concave();

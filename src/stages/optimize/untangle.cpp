@@ -13,7 +13,6 @@ constexpr double kStartEps = 0.05;
 constexpr double kValidEps = 1e-12;
 constexpr double kLeastEps = 1e-5;   ///< while anything is tangled
 constexpr double kLeastValid = 1e-9; ///< a positive J below this is rounding: the barrier would hold it there
-constexpr int kMaxRounds = 24;
 constexpr int kMaxStalledRounds = 6;
 
 } // namespace
@@ -59,7 +58,7 @@ int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Bu
     return cg.iterations;
 }
 
-UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
+UntangleResult untangle_regularised(Newton& newton, int max_rounds, Budget& budget) {
     UntangleResult result;
     newton.problem().update_lengths(newton.positions(), budget.parallel());
     Objective objective;
@@ -67,7 +66,7 @@ UntangleResult untangle_regularised(Newton& newton, Budget& budget) {
     objective.eps = newton.evaluate(objective).min_jacobian > kLeastValid ? kValidEps : kStartEps;
     NewtonOptions options;
     int valid_rounds = 0, stalled_rounds = 0;
-    for (result.rounds = 0; result.rounds < kMaxRounds && !budget.exhausted(); ++result.rounds) {
+    for (result.rounds = 0; result.rounds < max_rounds && !budget.exhausted(); ++result.rounds) {
         newton.problem().update_lengths(newton.positions(), budget.parallel());
         const NewtonResult step = newton.minimise(objective, options);
         result.newton_steps += step.steps;

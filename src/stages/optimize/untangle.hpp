@@ -19,7 +19,9 @@ struct UntangleResult {
     double min_jacobian = 0; ///< least J / delta over the tetrahedra that can move
 };
 
+inline constexpr int kMaxUntangleRounds = 24;
+
 /// Minimises the regularised shape energy while eps falls (Garanzha et al. 2021, with eps <= 0.2 |min J|).
-UntangleResult untangle_regularised(Newton& newton, Budget& budget);
+UntangleResult untangle_regularised(Newton& newton, int max_rounds, Budget& budget);
 
 } // namespace hexopt
