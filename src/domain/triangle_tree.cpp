@@ -6,6 +6,13 @@
 
 namespace hexopt {
 
+namespace {
+
+/// A line through an edge meets both triangles there rather than none: barycentric coordinates.
+constexpr double kSlack = 1e-12;
+
+} // namespace
+
 struct TriangleTree::Build {
     TriangleTree& tree;
     std::span<const Corners> triangles;
@@ -129,10 +136,10 @@ bool TriangleTree::intersect(const Corners& x, const Point& from, const Point& d
     if (det == 0) return false;
     const Point s = from - x[0];
     const double u = glm::dot(s, h) / det;
-    if (!(u >= 0 && u <= 1)) return false;
+    if (!(u >= -kSlack && u <= 1 + kSlack)) return false;
     const Point q = glm::cross(s, e1);
     const double v = glm::dot(direction, q) / det;
-    if (!(v >= 0 && u + v <= 1)) return false;
+    if (!(v >= -kSlack && u + v <= 1 + kSlack)) return false;
     t = glm::dot(e2, q) / det;
     leaving = det < 0;
     return true;

@@ -257,3 +257,24 @@ TEST_CASE("neighbours on either side of a gap do not share a face, solids that t
         }
     }
 }
+
+TEST_CASE("notches where walls meet are no gaps, but where a common face is almost all in the notch") {
+    Random random(5);
+    for (int round = 0; round < 4; ++round) {
+        TriangleSoup cross = make_box_surface(Point(-1, -0.25, -0.4), Point(1, 0.25, 0.4), 3);
+        append_soup(cross, make_box_surface(Point(-0.25, -1, -0.41), Point(0.25, 1, 0.41), 3));
+        const double s = std::sqrt(0.5);
+        const glm::dmat3 turn = round == 0 ? glm::dmat3(s, s, 0, -s, s, 0, 0, 0, 1) : random_rotation(random);
+        for (Point& p : cross.vertices) p = turn * p;
+        const Domain domain = domain_of(cross);
+        for (double offset : {0.11, 0.37, 0.52, 0.93}) {
+            SurfaceOctree octree = octree_round(surface_box(domain.model), 20, offset);
+            const HexMesh mesh = octree.make(0, [](const Point&, double, int) { return false; });
+            Context context(1);
+            const Result<TrimOutput> out = trim(mesh, domain, {}, context);
+            REQUIRE(out);
+            CHECK(out->report.closed_manifold());
+            CHECK(out->report.gap_removed <= 2);
+        }
+    }
+}

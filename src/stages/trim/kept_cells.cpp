@@ -88,15 +88,38 @@ void KeptCells::choose(const TrimOptions& options) {
     }
 }
 
+bool KeptCells::is_gap_between(Index a, Index b, const Quad& quad) const {
+    const Point from = cell_centre(mesh_, a), to = cell_centre(mesh_, b);
+    const double contact = kContact_h * cell_size(mesh_, a);
+    if (!queries_.leaves_inside(from, to, contact)) return false;
+    // A notch that the straight line clips can be got round, a gap cannot.
+    Point centre(0);
+    for (Index v : quad) centre += 0.25 * mesh_.positions[v];
+    for (int k = 0; k < 8; ++k) {
+        const Point &x = mesh_.positions[quad[k / 2]], &y = mesh_.positions[quad[(k + 1) / 2 % 4]];
+        const Point by = centre + 0.9 * (0.5 * (x + y) - centre);
+        if (queries_.is_inside(by) && !queries_.leaves_inside(from, by, contact) &&
+            !queries_.leaves_inside(by, to, contact))
+            return false;
+    }
+    return true;
+}
+
 void KeptCells::gather_gaps(Index cell, std::vector<Pair>& pairs) const {
-    for (int f = 0; f < 6; ++f)
-        graph_.visit_behind(cell, f, [&](Index other) {
-            const bool twice = sides_.cut[other] && other < cell;
-            if (!kept_[other] || twice) return;
-            if (queries_.leaves_inside(cell_centre(mesh_, cell), cell_centre(mesh_, other),
-                                       kContact_h * cell_size(mesh_, cell)))
-                pairs.push_back({cell, other});
-        });
+    const auto check = [&](Index other, CellFace between) {
+        const bool twice = sides_.cut[other] && other < cell;
+        if (kept_[other] && !twice && is_gap_between(cell, other, face_vertices(mesh_, between)))
+            pairs.push_back({cell, other});
+    };
+    for (std::uint32_t f = 0; f < 6; ++f) {
+        const Index behind = graph_.neighbour[cell][f];
+        if (behind == kNoIndex) continue;
+        if (!(behind & CellGraph::kFine)) {
+            check(behind, {cell, f});
+            continue;
+        }
+        for (CellFace fine : graph_.fine_faces[behind & ~CellGraph::kFine]) check(fine.cell, fine);
+    }
 }
 
 void KeptCells::open_gaps() {

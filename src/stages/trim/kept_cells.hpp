@@ -38,6 +38,8 @@ class KeptCells {
         Index a, b;
     };
     void gather_gaps(Index cell, std::vector<Pair>& pairs) const;
+    /// True where no way from centre to centre through the quad between two cells stays inside.
+    bool is_gap_between(Index a, Index b, const Quad& quad) const;
     /// Cell to remove so that the surface no longer touches itself in a vertex, or kNoIndex where it does
     /// not.
     Index find_culprit(Index vertex, std::vector<Index>& star) const;
