@@ -1,5 +1,6 @@
 #include "buffer/fitted_shapes.hpp"
 #include "mesh/mesh_oracles.hpp"
+#include "quality/cell_quality.hpp"
 
 using namespace hexopt;
 using namespace hexopt::test;
@@ -221,4 +222,25 @@ TEST_CASE("buffer: what does not fit is refused") {
         context.cancel();
         CHECK(code(cube.fitted) == ErrorCode::cancelled);
     }
+}
+
+TEST_CASE("buffer: spreading the layers makes no cell worse than it needs to") {
+    const FittedShape cylinder = make_cylinder(8);
+    BufferOptions options;
+    options.relax_sweeps = 0;
+    const BufferOutput squeezed = insert(cylinder, options);
+    const BufferOutput spread = insert(cylinder);
+    const auto worst = [](const HexMesh& mesh) {
+        double least = 1;
+        for (const Cell& cell : mesh.cells) {
+            HexPoints points;
+            for (int k = 0; k < 8; ++k) points[k] = mesh.positions[cell[k]];
+            least = std::min(least, scaled_jacobian(points));
+        }
+        return least;
+    };
+    const double before = worst(squeezed.fitted.mesh), after = worst(spread.fitted.mesh);
+    CHECK(after >= std::min(before, 0.3));
+    CHECK(spread.fitted.mesh.cells == squeezed.fitted.mesh.cells);
+    CHECK(spread.fitted.mesh.positions != squeezed.fitted.mesh.positions);
 }

@@ -24,7 +24,7 @@ struct BufferOptions {
     double corner_deg =
         40;             ///< 0..180: a patch whose boundary turns by less at a joined ridge gets a collar too
     int band_quads = 4; ///< >= 1: width of what counts as the side of a ridge that ends inside a patch
-    int relax_sweeps = 15; ///< >= 0: Laplacian steps that spread the layers at the end
+    int relax_sweeps = 10; ///< >= 0: Laplacian steps that spread the layers at the end
 };
 
 enum class SheetKind { group, pillow, collar };

@@ -1,10 +1,16 @@
 #include "stages/buffer/relax_layers.hpp"
 
+#include "quality/cell_quality.hpp"
+
+#include <bit>
+
 namespace hexopt {
 
 namespace {
 
-constexpr double kStep = 0.7; ///< of the way to the neighbours' mean
+constexpr double kStep = 0.7;    ///< of the way to the neighbours' mean
+constexpr double kEnough = 0.3;  ///< scaled Jacobian down to which cells may get worse
+constexpr int kMostColours = 64; ///< a vertex that finds none free stays
 
 class LayerRelaxation {
   public:
@@ -16,12 +22,14 @@ class LayerRelaxation {
         for (Index v = 0; v < moves_.size(); ++v)
             if (moves_[v] && mesh.association[v].kind != EntityKind::corner) vertices_.push_back(v);
         find_neighbours();
+        find_cells();
+        find_colours();
     }
 
+    /// Colour by colour: vertices of one share no cell.
     void sweep(const Parallel& parallel) {
-        std::vector<Point> moved(vertices_.size());
-        parallel.for_each(vertices_.size(), 256, [&](std::size_t i) { moved[i] = target_of(i); });
-        for (std::size_t i = 0; i < vertices_.size(); ++i) mesh_.positions[vertices_[i]] = moved[i];
+        for (const std::vector<Index>& colour : colours_)
+            parallel.for_each(colour.size(), 256, [&](std::size_t k) { try_move(colour[k]); });
         for (const SplitTables::Middle& m : mesh_.splits.middles)
             mesh_.positions[m.vertex] =
                 0.5 * (mesh_.positions[low_of(m.edge)] + mesh_.positions[high_of(m.edge)]);
@@ -77,21 +85,71 @@ class LayerRelaxation {
         }
     }
 
-    Point target_of(std::size_t i) const {
-        const Point x = mesh_.positions[vertices_[i]];
+    void find_cells() {
+        place_.assign(mesh_.positions.size(), kNoIndex);
+        for (Index i = 0; i < vertices_.size(); ++i) place_[vertices_[i]] = i;
+        cells_.offset.assign(vertices_.size() + 1, 0);
+        const auto each = [&](const auto& visit) {
+            for (Index c = static_cast<Index>(mesh_.cells.size()); c-- > 0;)
+                for (Index v : mesh_.cells[c])
+                    if (place_[v] != kNoIndex) visit(place_[v], c);
+        };
+        each([&](Index i, Index) { ++cells_.offset[i]; });
+        std::size_t end = 0;
+        for (std::size_t& offset : cells_.offset) offset = end += offset;
+        cells_.item.resize(end);
+        each([&](Index i, Index c) { cells_.item[--cells_.offset[i]] = c; });
+    }
+
+    void find_colours() {
+        std::vector<std::uint8_t> colour(vertices_.size(), kMostColours);
+        for (Index i = 0; i < vertices_.size(); ++i) {
+            std::uint64_t taken = 0;
+            for (Index c : cells_[i])
+                for (Index v : mesh_.cells[c])
+                    if (place_[v] != kNoIndex && colour[place_[v]] < kMostColours)
+                        taken |= std::uint64_t{1} << colour[place_[v]];
+            const int free = std::countr_one(taken);
+            colour[i] = static_cast<std::uint8_t>(free);
+            if (free == kMostColours) continue;
+            if (static_cast<std::size_t>(free) >= colours_.size())
+                colours_.resize(static_cast<std::size_t>(free) + 1);
+            colours_[static_cast<std::size_t>(free)].push_back(i);
+        }
+    }
+
+    double worst_at(Index i) const {
+        double worst = 1;
+        for (Index c : cells_[i]) {
+            HexPoints points;
+            for (int k = 0; k < 8; ++k) points[k] = mesh_.positions[mesh_.cells[c][k]];
+            worst = std::min(worst, scaled_jacobian(points));
+        }
+        return worst;
+    }
+
+    /// Moves a vertex unless that makes a cell worse that is not good enough.
+    void try_move(Index i) {
         const std::span<const Index> around = neighbour_[i];
-        if (around.empty()) return x;
+        if (around.empty()) return;
+        Point& x = mesh_.positions[vertices_[i]];
+        const Point old = x;
         Point mean(0);
         for (Index v : around) mean += mesh_.positions[v];
         mean /= static_cast<double>(around.size());
-        return model_.project(mesh_.association[vertices_[i]], x + kStep * (mean - x)).point;
+        const double before = std::min(worst_at(i), kEnough);
+        x = model_.project(mesh_.association[vertices_[i]], old + kStep * (mean - old)).point;
+        if (worst_at(i) < before) x = old;
     }
 
     SheetMesh& mesh_;
     const BoundaryModel& model_;
     std::vector<std::uint8_t> moves_;
-    std::vector<Index> vertices_; ///< that move, rising
-    Csr<Index> neighbour_;        ///< of these
+    std::vector<Index> vertices_;             ///< that move, rising
+    Csr<Index> neighbour_;                    ///< of these
+    Csr<Index> cells_;                        ///< at these
+    std::vector<Index> place_;                ///< per vertex of the mesh: in vertices_
+    std::vector<std::vector<Index>> colours_; ///< places of vertices that share no cell
 };
 
 } // namespace
