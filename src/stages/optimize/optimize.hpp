@@ -54,8 +54,12 @@ struct OptimizeOptions {
     GradientKind gradient = GradientKind::analytic;          ///< thesis method only
     double max_deviation_rel = 0; ///< 0..0.1 of the bounding-box diagonal; 0: on the surface, features exact
     Effort effort = Effort::normal; ///< quick: the robust method only
-    bool max_min = true;            ///< final stage that raises the worst cells; robust method only
-    double min_sj = 1;              ///< stop once the minimum scaled Jacobian reaches this; -1..1
+    /// With slide: where the boundary vertices are on their entities means nothing, as a mesher has only just
+    /// put them there. They may go anywhere on them; how far quads are from the surface, which then is a
+    /// matter of cell sizes, is not guarded, and max_deviation_rel is what vertices may leave it by.
+    bool fresh_boundary = false;
+    bool max_min = true; ///< final stage that raises the worst cells; robust method only
+    double min_sj = 1;   ///< stop once the minimum scaled Jacobian reaches this; -1..1
     double time_limit_s = std::numeric_limits<double>::infinity();
     int max_iterations = 1000000; ///< Newton steps or sweeps, all phases together; >= 1
 };

@@ -158,16 +158,21 @@ class RobustRun {
         const double diagonal = surface_->diagonal();
         const double deviation =
             (options_.max_deviation_rel > 0 ? options_.max_deviation_rel : kSlidingDeviationRel) * diagonal;
-        limits_ = compute_surface_limits(mesh_, topology_, *surface_, deviation, budget_.parallel());
+        limits_ = options_.fresh_boundary
+                      ? unlimited_on_surface(positions_)
+                      : compute_surface_limits(mesh_, topology_, *surface_, deviation, budget_.parallel());
         const auto bound = surface_->associations();
         movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = bound[v].kind == EntityKind::interior ||
                                    bound[v].kind == EntityKind::patch || bound[v].kind == EntityKind::curve;
-        guard_.emplace(mesh_, topology_, *surface_, limits_, kGuardMargin * deviation, budget_.parallel());
         movement_.surface = surface_;
         movement_.limits = &limits_;
-        movement_.guard = &*guard_;
+        if (!options_.fresh_boundary) {
+            guard_.emplace(mesh_, topology_, *surface_, limits_, kGuardMargin * deviation,
+                           budget_.parallel());
+            movement_.guard = &*guard_;
+        }
         band_ = kBandShare * options_.max_deviation_rel * diagonal;
     }
 
@@ -191,6 +196,10 @@ class RobustRun {
     /// Slides the vertices named by `moving`; where quads then deviate too far, narrows the limits and goes
     /// on round them. Returns the cells that stay bad.
     std::vector<Index> slide_within_deviation(std::vector<std::uint8_t> moving) {
+        if (!guard_) {
+            slide_vertices(moving, 0);
+            return bad_cells();
+        }
         const std::vector<Point> before = positions_;
         for (int narrowing = 0; narrowing < kMaxNarrowings && !budget_.exhausted(); ++narrowing) {
             slide_vertices(moving, narrowing);

@@ -52,6 +52,15 @@ float compute_reach(const BoundaryModel& surface, Association bound_to, const Pr
 
 } // namespace
 
+SurfaceLimits unlimited_on_surface(std::span<const Point> positions) {
+    SurfaceLimits limits;
+    limits.start.assign(positions.begin(), positions.end());
+    limits.reach.assign(positions.size(), std::numeric_limits<float>::infinity());
+    limits.band.assign(positions.size(), 0);
+    limits.band_share.assign(positions.size(), 1);
+    return limits;
+}
+
 SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology,
                                      const BoundaryModel& surface, double deviation,
                                      const Parallel& parallel) {

@@ -19,6 +19,9 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
                                      const BoundaryModel& surface, double deviation,
                                      const Parallel& parallel);
 
+/// No limits but the entities themselves. Bands start at 0.
+SurfaceLimits unlimited_on_surface(std::span<const Point> positions);
+
 /// Boundary dofs slide on their patch or curve, or near it where their band is open; interior ones are free.
 /// Limits are soft: an energy holds the dofs back, DeviationGuard has the last word.
 class SurfaceMotion final : public Motion {
