@@ -9,7 +9,8 @@ void Context::log(LogLevel level, std::string_view message) const {
 }
 
 void Context::report(std::string_view stage, double fraction, std::string_view detail) {
-    fraction_ = std::clamp(fraction, fraction_, 1.0);
+    const double of_run = range_low_ + (range_high_ - range_low_) * std::clamp(fraction, 0.0, 1.0);
+    fraction_ = std::clamp(of_run, fraction_, 1.0);
     if (progress_) progress_(stage, fraction_, detail);
 }
 

@@ -38,9 +38,15 @@ class Context {
     void restart() noexcept {
         cancelled_.store(false, std::memory_order_relaxed);
         fraction_ = 0;
+        set_progress_range(0, 1);
     }
 
     void log(LogLevel level, std::string_view message) const;
+    /// Fractions reported from now on are of this part of the run; 0 <= low <= high <= 1.
+    void set_progress_range(double low, double high) {
+        range_low_ = low;
+        range_high_ = high;
+    }
     /// Reports progress; a fraction below the last one is raised to it.
     void report(std::string_view stage, double fraction, std::string_view detail = {});
 
@@ -52,6 +58,7 @@ class Context {
     std::uint64_t seed_;
     std::atomic<bool> cancelled_{false};
     double fraction_ = 0;
+    double range_low_ = 0, range_high_ = 1;
     LogSink log_;
     ProgressSink progress_;
 };

@@ -1,8 +1,8 @@
 #include "pipeline/optimize_pipeline.hpp"
 
+#include "pipeline/report_parts.hpp"
 #include "quality/report_json.hpp"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace hexopt {
@@ -10,8 +10,7 @@ namespace hexopt {
 namespace {
 
 using nlohmann::json;
-
-json finite_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+using namespace hexopt::report;
 
 const char* name_of(OptimizeMethod method) { return method == OptimizeMethod::robust ? "robust" : "thesis"; }
 
@@ -56,40 +55,6 @@ json options_json(const OptimizeJob& job) {
             {"min_sj", job.improve.target_min_sj ? json(*job.improve.target_min_sj) : json(nullptr)},
             {"time_limit_s", finite_or_null(o.time_limit_s)},
             {"max_iterations", o.max_iterations}};
-}
-
-json stats_json(const OptimizeStats& s) {
-    return {{"newton_steps", s.newton_steps},     {"sweeps", s.sweeps},
-            {"cg_iterations", s.cg_iterations},   {"seconds", s.seconds},
-            {"restored_input", s.restored_input}, {"infeasible_cells", s.infeasible_cells},
-            {"min_concave8", s.min_bad8},         {"min_concave", s.min_bad32}};
-}
-
-json to_json(const DirectedDeviation& d) {
-    return {{"largest", d.largest},
-            {"upper", d.upper},
-            {"rms", d.rms},
-            {"at", json::array({d.at.x, d.at.y, d.at.z})}};
-}
-
-json deviation_json(const Deviation& d) {
-    return {{"largest", d.largest()},
-            {"largest_rel", d.largest_rel()},
-            {"features_largest", d.feature_largest()},
-            {"diagonal", d.diagonal},
-            {"mesh_to_surface", to_json(d.mesh_to_surface)},
-            {"surface_to_mesh", to_json(d.surface_to_mesh)},
-            {"mesh_to_curves", to_json(d.mesh_to_curves)},
-            {"curves_to_mesh", to_json(d.curves_to_mesh)}};
-}
-
-json stages_json(const std::vector<StageTime>& times) {
-    json stages = json::array();
-    for (const StageTime& time : times)
-        stages.push_back({{"stage", time.stage},
-                          {"seconds", time.seconds},
-                          {"peak_memory_bytes", time.peak_memory_bytes}});
-    return stages;
 }
 
 } // namespace

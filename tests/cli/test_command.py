@@ -115,6 +115,49 @@ class Sample(Command):
         self.assert_error(run("sample", "wing", "-o", self.path("a.stl"), "--airfoil", "99999"), USAGE, "99999")
 
 
+class Mesh(Command):
+    def surface(self):
+        return self.make("pipe.stl", "cylinder", "--size", 16)
+
+    def test_mesh_with_configuration(self):
+        config = self.path("config.toml")
+        config.write_text("[refine]\ncells = 100\n[output]\nencoding = 'text'\n[patches.inlet]\nlevel = 1\n")
+        result = run("mesh", self.surface(), "-o", self.path("out.vtk"), "-c", config, "--cells", 600, "--report",
+                     self.path("report.json"))
+        self.assertEqual(result.returncode, OK, result.stderr)
+        report = json.loads(self.path("report.json").read_text())
+        self.assertEqual(report["options"]["refine.cells"], 600)
+        self.assertEqual(report["options"]["patches.inlet.level"], 1)
+        self.assertIn(b"ASCII", self.path("out.vtk").read_bytes()[:200])
+        self.assertEqual(run("quality", self.path("out.vtk"), "--require-valid").returncode, OK)
+
+    def test_dumped_configuration_is_read(self):
+        dumped = run("mesh", "--dump-config", "--size", 0.25, "--seeds", "0,0,1,2,0,0", "--patch-size", "a b=0.5",
+                     "--region", "sphere 0,0,0,1 size=1", "--region", "patch wall level=2")
+        self.assertEqual(dumped.returncode, OK, dumped.stderr)
+        config = self.path("config.toml")
+        config.write_text(dumped.stdout)
+        again = run("mesh", "--dump-config", "-c", config)
+        self.assertEqual(again.stdout, dumped.stdout)
+        self.assertIn("size = 0.25", again.stdout)
+
+    def test_bad_arguments(self):
+        config = self.path("config.toml")
+        config.write_text("[refine]\nmax_cels = 5\n")
+        surface = self.surface()
+        out = self.path("out.vtu")
+        self.assert_error(run("mesh", surface, "-o", out, "-c", config), USAGE, "config.toml:2", "refine.max_cells")
+        self.assert_error(run("mesh", surface, "-o", out, "--rings", "x"), USAGE, "--rings")
+        self.assert_error(run("mesh", surface, "-o", out, "--rings", "99"), USAGE, "--rings")
+        self.assert_error(run("mesh", surface, "-o", out, "--patch-size", "wall"), USAGE, "--patch-size")
+        self.assert_error(run("mesh", surface, "-o", out, "--patch-size", "roof=1"), USAGE, "roof")
+        self.assert_error(run("mesh", surface), USAGE, "-o")
+        self.assert_error(run("mesh", "-o", out), USAGE, "SURFACE")
+        self.assert_error(run("mesh", self.path("none.stl"), "-o", out), BAD_INPUT, "none.stl")
+        self.assert_error(run("mesh", surface, "-o", self.path("out.docx")), USAGE, "out.docx")
+        self.assertFalse(out.exists())
+
+
 class Optimize(Command):
     def test_valid_mesh_and_report(self):
         mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)
@@ -239,6 +282,15 @@ class OpenFoam(Command):
                 self.make(f"{sample}/mesh.foam", sample)
                 output = self.check(case)
                 self.assertEqual("polyhedra:     0\n" in output, sample == "grid")
+
+    def test_meshed_surface(self):
+        surface = self.make("pipe.stl", "cylinder", "--size", 16)
+        for encoding in ("binary", "text"):
+            case = self.case(encoding)
+            result = run("mesh", surface, "-o", case / "mesh.foam", "--cells", 600, "--encoding", encoding)
+            self.assertEqual(result.returncode, OK, result.stderr)
+            self.check(case)
+            self.assertIn("outlet", (case / "constant/polyMesh/boundary").read_text())
 
     def test_optimized_mesh(self):
         mesh = self.make("in.vtu", "octree-ball", "--size", 4, "--tangled", 0.2)

@@ -10,6 +10,10 @@ _hexopt_gpu() {
     words=$("$program" sample --help 2>/dev/null | sed -n '/^Meshes (/,$ s/^  \([a-z][a-z0-9-]*\) .*/\1/p')
   else
     case $previous in
+      --trim-rule) words="centre strict" ;;
+      --buffer-method) words="groups thesis" ;;
+      --encoding) words="automatic binary text" ;;
+      --planar | --patch-borders | --buffers | --buffer-collars | --max-min | --polyhedra) words="yes no" ;;
       --boundary) words="fixed slide" ;;
       --method) words="robust thesis" ;;
       --precision) words="f32 f64 mixed" ;;

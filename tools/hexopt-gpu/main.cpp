@@ -40,7 +40,7 @@ int run(CLI::App& app, cli::Session& session, int argc, char** argv) {
 int main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit is an error of that write, not the end
     cli::Session session;
-    CLI::App app{"Hexahedral mesh optimizer on Vulkan and CPU", "hexopt-gpu"};
+    CLI::App app{"Hexahedral mesher and mesh optimizer on Vulkan and CPU", "hexopt-gpu"};
     app.set_version_flag("--version", "hexopt-gpu " HEXOPT_VERSION);
     app.require_subcommand(0, 1); // a missing one is reported after unknown arguments
 #define HEXOPT_COMMAND(name) cli::add_##name(app, session);

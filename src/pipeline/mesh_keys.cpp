@@ -1,0 +1,563 @@
+#include "pipeline/mesh_keys.hpp"
+
+#include "pipeline/size_texts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <numeric>
+#include <type_traits>
+
+namespace hexopt {
+
+namespace {
+
+using Kind = MeshKey::Kind;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Range {
+    double low, high;
+};
+
+std::string out_of(Range range) {
+    return range.high == kInfinity ? fmt::format("must be at least {}", range.low)
+                                   : fmt::format("must lie in {}..{}", range.low, range.high);
+}
+
+/// Accessors are generic lambdas from a job, const or not, to the field.
+template <class Access>
+MeshKey number(const char* name, const char* flag, const char* help, Range range, Access access) {
+    using T = std::remove_cvref_t<decltype(access(std::declval<MeshJob&>()))>;
+    constexpr bool is_whole = std::is_integral_v<T>;
+    return {name,
+            flag,
+            help,
+            is_whole ? Kind::whole : Kind::number,
+            is_whole ? "N" : "X",
+            [access](const MeshJob& job) { return ConfigValue(static_cast<double>(access(job))); },
+            [access, range](MeshJob& job, const ConfigValue& value) -> std::string {
+                const double x = std::get<double>(value);
+                if (!(x >= range.low && x <= range.high)) return out_of(range);
+                access(job) = static_cast<T>(x);
+                return {};
+            }};
+}
+
+template <class Access>
+MeshKey yes_no(const char* name, const char* flag, const char* help, Access access) {
+    return {name,
+            flag,
+            help,
+            Kind::yes_no,
+            "yes|no",
+            [access](const MeshJob& job) { return ConfigValue(bool(access(job))); },
+            [access](MeshJob& job, const ConfigValue& value) -> std::string {
+                access(job) = std::get<bool>(value);
+                return {};
+            }};
+}
+
+template <class T>
+using Words = std::vector<std::pair<const char*, T>>;
+
+template <class T, class Access>
+MeshKey choice(const char* name, const char* flag, const char* help, Words<T> words, Access access) {
+    std::string type;
+    for (const auto& [word, value] : words) {
+        if (!type.empty()) type += '|';
+        type += word;
+    }
+    return {name,
+            flag,
+            help,
+            Kind::word,
+            type,
+            [access, words](const MeshJob& job) {
+                for (const auto& [word, value] : words)
+                    if (value == access(job)) return ConfigValue(std::string(word));
+                return ConfigValue(std::string());
+            },
+            [access, words, type](MeshJob& job, const ConfigValue& text) -> std::string {
+                for (const auto& [word, value] : words)
+                    if (std::get<std::string>(text) == word) return access(job) = value, std::string();
+                return "must be one of " + type;
+            }};
+}
+
+template <class Access>
+MeshKey box(const char* name, const char* flag, const char* help, Access access) {
+    return {name,
+            flag,
+            help,
+            Kind::numbers,
+            "X,Y,Z,X,Y,Z",
+            [access](const MeshJob& job) {
+                std::vector<double> list;
+                if (const std::optional<Box>& box = access(job))
+                    for (const Point& p : {box->low, box->high}) list.insert(list.end(), {p.x, p.y, p.z});
+                return ConfigValue(list);
+            },
+            [access](MeshJob& job, const ConfigValue& value) -> std::string {
+                const auto& x = std::get<std::vector<double>>(value);
+                if (x.empty()) return access(job).reset(), std::string();
+                if (x.size() != 6 || !(x[0] < x[3] && x[1] < x[4] && x[2] < x[5]))
+                    return "must be six numbers, first the lowest and then the highest corner";
+                access(job) = Box{Point(x[0], x[1], x[2]), Point(x[3], x[4], x[5])};
+                return {};
+            }};
+}
+
+MeshKey seeds_key() {
+    return {"trim.seeds",
+            "--seeds",
+            "Points in what is to be meshed, one after the other; none: inside and outside are found by "
+            "themselves",
+            Kind::numbers,
+            "X,Y,Z,...",
+            [](const MeshJob& job) {
+                std::vector<double> list;
+                for (const Point& p : job.options.trim.seeds) list.insert(list.end(), {p.x, p.y, p.z});
+                return ConfigValue(list);
+            },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                const auto& x = std::get<std::vector<double>>(value);
+                if (x.size() % 3 != 0) return "must be three numbers a point";
+                job.options.trim.seeds.clear();
+                for (std::size_t i = 0; i < x.size(); i += 3)
+                    job.options.trim.seeds.emplace_back(x[i], x[i + 1], x[i + 2]);
+                return {};
+            }};
+}
+
+MeshKey initial_cells_key() {
+    return {"refine.initial_cells",
+            "--initial-cells",
+            "Cells of the initial mesh along each axis; none: from the cells' size",
+            Kind::numbers,
+            "N,M,K",
+            [](const MeshJob& job) {
+                const auto& n = job.options.refine.initial.cells;
+                return ConfigValue(n[0] == 0 ? std::vector<double>()
+                                             : std::vector<double>(n.begin(), n.end()));
+            },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                const auto& x = std::get<std::vector<double>>(value);
+                if (x.empty()) return job.options.refine.initial.cells = {0, 0, 0}, std::string();
+                for (double n : x)
+                    if (n != std::floor(n) || n < 1 || n > 10000) return "must be whole numbers in 1..10000";
+                if (x.size() != 3) return "must be three numbers";
+                for (std::size_t k = 0; k < 3; ++k)
+                    job.options.refine.initial.cells[k] = static_cast<Index>(x[k]);
+                return {};
+            }};
+}
+
+MeshKey initial_mesh_key() {
+    return {"refine.initial_mesh",
+            "--initial-mesh",
+            "File of hexahedra that enclose the surface, to start from; none: a box of cells",
+            Kind::word,
+            "FILE",
+            [](const MeshJob& job) { return ConfigValue(job.initial_mesh.string()); },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                job.initial_mesh = std::get<std::string>(value);
+                return {};
+            }};
+}
+
+MeshKey surface_size_key() {
+    return {"refine.size",
+            "--size",
+            "Longest edge of cells at the surface, model units; 0: from the number of cells",
+            Kind::number,
+            "X",
+            [](const MeshJob& job) { return ConfigValue(job.options.refine.surface.size); },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                const double x = std::get<double>(value);
+                if (!(x >= 0)) return "must be at least 0";
+                if (x > 0) job.options.refine.surface = {x, -1};
+                return {};
+            }};
+}
+
+MeshKey surface_level_key() {
+    return {
+        "refine.level",
+        "--level",
+        "Halvings of the initial mesh at the surface, instead of a size; -1: not given",
+        Kind::whole,
+        "N",
+        [](const MeshJob& job) { return ConfigValue(static_cast<double>(job.options.refine.surface.level)); },
+        [](MeshJob& job, const ConfigValue& value) -> std::string {
+            const double x = std::get<double>(value);
+            if (!(x >= -1 && x <= 30)) return out_of({-1, 30});
+            if (x >= 0) job.options.refine.surface = {0, static_cast<int>(x)};
+            return {};
+        }};
+}
+
+MeshKey regions_key() {
+    return {"refine.regions",
+            "--region",
+            "Sizes in regions: 'box X,Y,Z,X,Y,Z', 'sphere X,Y,Z,R', 'cylinder X,Y,Z,X,Y,Z,R' or 'patch "
+            "NAME', then "
+            "'size=X' or 'level=N', and 'within=X' for a distance round it, model units",
+            Kind::texts,
+            "TEXT",
+            [](const MeshJob& job) {
+                std::vector<std::string> texts;
+                for (const RegionTarget& region : job.options.refine.regions)
+                    texts.push_back(to_text(region));
+                return ConfigValue(texts);
+            },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                std::vector<RegionTarget> regions;
+                for (const std::string& text : std::get<std::vector<std::string>>(value))
+                    if (const std::string wrong = parse_region(text, regions.emplace_back()); !wrong.empty())
+                        return fmt::format("'{}': {}", text, wrong);
+                job.options.refine.regions = std::move(regions);
+                return {};
+            }};
+}
+
+MeshKey curves_key() {
+    return {"refine.curves",
+            "--curve",
+            "Sizes along features between two patches: 'NAME NAME size=X' or 'level=N'; * is any patch",
+            Kind::texts,
+            "TEXT",
+            [](const MeshJob& job) {
+                std::vector<std::string> texts;
+                for (const CurveTarget& curve : job.options.refine.curves) texts.push_back(to_text(curve));
+                return ConfigValue(texts);
+            },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                std::vector<CurveTarget> curves;
+                for (const std::string& text : std::get<std::vector<std::string>>(value))
+                    if (const std::string wrong = parse_curve(text, curves.emplace_back()); !wrong.empty())
+                        return fmt::format("'{}': {}", text, wrong);
+                job.options.refine.curves = std::move(curves);
+                return {};
+            }};
+}
+
+MeshKey min_sj_key() {
+    return {"optimize.min_sj",
+            "--min-sj",
+            "Stop at this minimum scaled Jacobian, -1..1; exit code 9 where it is not reached",
+            Kind::number,
+            "X",
+            [](const MeshJob& job) {
+                const auto& target = job.options.target_min_sj;
+                return target ? ConfigValue(*target) : ConfigValue(std::string());
+            },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                const double x = std::get<double>(value);
+                if (!(x >= -1 && x <= 1)) return out_of({-1, 1});
+                job.options.target_min_sj = job.options.optimize.min_sj = x;
+                return {};
+            }};
+}
+
+MeshKey time_key() {
+    return {"optimize.time",
+            "--time",
+            "Seconds after which optimizing ends; none: no limit",
+            Kind::number,
+            "X",
+            [](const MeshJob& job) {
+                const double limit = job.options.optimize.time_limit_s;
+                return std::isfinite(limit) ? ConfigValue(limit) : ConfigValue(std::string());
+            },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                if (!(std::get<double>(value) > 0)) return "must be above 0";
+                job.options.optimize.time_limit_s = std::get<double>(value);
+                return {};
+            }};
+}
+
+#define HEXOPT_FIELD(field)                                                                                  \
+    [](auto& job) -> auto& { return job.field; }
+
+std::vector<MeshKey> surface_keys() {
+    return {
+        number("features.angle", "--feature-angle", "Edges sharper than this many degrees are features",
+               {0, 180}, HEXOPT_FIELD(options.features.feature_angle_deg)),
+        number("features.corner_turn", "--corner-turn",
+               "Where a feature turns by more than this many degrees there is a corner", {0, 180},
+               HEXOPT_FIELD(options.features.corner_turn_deg)),
+        yes_no("features.patch_borders", "--patch-borders", "Borders between named patches are features",
+               HEXOPT_FIELD(options.features.patch_borders)),
+        box("farfield.box", "--farfield",
+            "External flow: mesh between the surface and this box, model units; none: the surface encloses "
+            "what is "
+            "meshed",
+            HEXOPT_FIELD(options.farfield)),
+    };
+}
+
+std::vector<MeshKey> refine_keys() {
+    return {
+        surface_size_key(),
+        surface_level_key(),
+        number("refine.cells", "--cells",
+               "About how many cells the mesh shall have where no size is given; 0: 100000, planar 20000",
+               {0, 1e9}, HEXOPT_FIELD(options.refine.target_cells)),
+        number("refine.max_cells", "--max-cells", "Refinement ends before it would have more cells", {8, 2e9},
+               HEXOPT_FIELD(options.refine.max_cells)),
+        number("refine.outer_levels", "--outer-levels",
+               "Levels by which cells on the sides of a box round a body may be larger", {0, 20},
+               HEXOPT_FIELD(options.refine.outer_levels)),
+        number("refine.normal_angle", "--normal-angle",
+               "Cells are split while the surface in them turns by more degrees; 180: never", {1, 180},
+               HEXOPT_FIELD(options.refine.normal_angle_deg)),
+        number("refine.chord_error", "--chord-error",
+               "The same while the chord leaves the surface by more, as a fraction of the diagonal; 0: never",
+               {0, 1}, HEXOPT_FIELD(options.refine.chord_error_rel)),
+        number("refine.curvature_levels", "--curvature-levels", "Levels that splitting for these two may add",
+               {0, 20}, HEXOPT_FIELD(options.refine.curvature_levels)),
+        number("refine.gap_cells", "--gap-cells", "Least number of cells across gaps; 0: any", {0, 100},
+               HEXOPT_FIELD(options.refine.gap_cells)),
+        number("refine.wall_cells", "--wall-cells",
+               "Least number of cells across walls that are not meshed themselves; 0: any", {0, 100},
+               HEXOPT_FIELD(options.refine.wall_cells)),
+        number("refine.feature_cells", "--feature-cells",
+               "Least number of cells along a feature, between features and across a patch; 0: any", {0, 100},
+               HEXOPT_FIELD(options.refine.feature_cells)),
+        number("refine.gap_levels", "--gap-levels",
+               "Levels that splitting for gaps, walls and features may add", {0, 20},
+               HEXOPT_FIELD(options.refine.gap_levels)),
+        number("refine.max_level", "--max-level", "Most halvings of the initial mesh; 0: no limit", {0, 30},
+               HEXOPT_FIELD(options.refine.max_level)),
+        number("refine.rings", "--rings", "Cells of one level between the next finer and the next coarser",
+               {1, 20}, HEXOPT_FIELD(options.refine.rings)),
+        number("refine.surface_rings", "--surface-rings",
+               "Cells on the surface that are split along with one that is split", {0, 20},
+               HEXOPT_FIELD(options.refine.surface_rings)),
+        number("refine.surface_layers", "--surface-layers",
+               "Cells round those on the surface that are no larger", {0, 20},
+               HEXOPT_FIELD(options.refine.surface_layers)),
+        yes_no("refine.planar", "--planar", "Never split cells along z: slabs one cell thick",
+               HEXOPT_FIELD(options.refine.planar)),
+        number("refine.base_size", "--base-size", "Edge of the initial mesh's cells, model units; 0: chosen",
+               {0, kInfinity}, HEXOPT_FIELD(options.refine.initial.base_size)),
+        initial_cells_key(),
+        box("refine.box", "--box", "Box of the initial mesh, model units; none: round the surface",
+            HEXOPT_FIELD(options.refine.initial.box)),
+        initial_mesh_key(),
+        regions_key(),
+        curves_key(),
+    };
+}
+
+std::vector<MeshKey> stage_keys() {
+    return {
+        choice("trim.rule", "--trim-rule",
+               "Cells that are kept: by their centre, or only those not cut at all",
+               Words<TrimRule>{{"centre", TrimRule::centre}, {"strict", TrimRule::strict}},
+               HEXOPT_FIELD(options.trim.rule)),
+        number("trim.depth", "--trim-depth", "How far inside a kept cell's centre is, in cell sizes",
+               {0, 0.5}, HEXOPT_FIELD(options.trim.depth_h)),
+        seeds_key(),
+        number("trim.part_fraction", "--part-fraction",
+               "Without seeds: separate parts below this fraction of the largest one's volume are dropped",
+               {0, 1}, HEXOPT_FIELD(options.trim.part_fraction)),
+        number("fit.fairing_steps", "--fairing-steps", "Double steps of Taubin's fairing", {0, 1000},
+               HEXOPT_FIELD(options.fit.fairing.taubin_steps)),
+        number("fit.projection_steps", "--projection-steps", "Steps towards the surface", {1, 100},
+               HEXOPT_FIELD(options.fit.fairing.projection_steps)),
+        number("fit.corner_reach", "--corner-reach", "How far corners catch vertices, in edge lengths",
+               {0.1, 10}, HEXOPT_FIELD(options.fit.capture.reach)),
+        number("fit.curve_reach", "--curve-reach", "How far features catch edges, in edge lengths", {0.1, 10},
+               HEXOPT_FIELD(options.fit.capture.path_reach)),
+        number("fit.surface_sweeps", "--surface-sweeps", "Sweeps that even out the surface mesh", {0, 1000},
+               HEXOPT_FIELD(options.fit.surface_sweeps)),
+        number("fit.repairs", "--fit-repairs",
+               "How often cells at features that were not captured are refined", {0, 5},
+               HEXOPT_FIELD(options.fit_repairs)),
+        yes_no("buffer.enabled", "--buffers", "Insert buffer layers under the surface",
+               HEXOPT_FIELD(options.buffers)),
+        choice("buffer.method", "--buffer-method", "Layers by groups of patches, or as the thesis has them",
+               Words<BufferMethod>{{"groups", BufferMethod::groups}, {"thesis", BufferMethod::thesis}},
+               HEXOPT_FIELD(options.buffer.method)),
+        number("buffer.join", "--buffer-join", "Patches that meet at more degrees inside share a layer",
+               {0, 360}, HEXOPT_FIELD(options.buffer.join_deg)),
+        number("buffer.pillow", "--buffer-pillow", "Ridges of more degrees inside get a pillow; 361: none",
+               {0, 361}, HEXOPT_FIELD(options.buffer.pillow_deg)),
+        number("buffer.band", "--buffer-band",
+               "Width, in quads, of the side of a ridge that ends inside a patch", {1, 100},
+               HEXOPT_FIELD(options.buffer.band_quads)),
+        number("buffer.relax_sweeps", "--buffer-relax-sweeps", "Laplacian steps that spread the layers",
+               {0, 1000}, HEXOPT_FIELD(options.buffer.relax_sweeps)),
+        yes_no("buffer.collars", "--buffer-collars", "Collars on patches that still have flat quads",
+               HEXOPT_FIELD(options.buffer.collars)),
+        number("buffer.corner", "--buffer-corner", "Corners of patches below this many degrees get a collar",
+               {0, 180}, HEXOPT_FIELD(options.buffer.corner_deg)),
+    };
+}
+
+std::vector<MeshKey> result_keys() {
+    return {
+        number("optimize.max_deviation", "--max-deviation-rel",
+               "How far vertices may leave the surface where cells need it, as a fraction of the diagonal",
+               {0, 0.1}, HEXOPT_FIELD(options.optimize.max_deviation_rel)),
+        choice("optimize.effort", "--effort", "A bounded time a cell, or all that the optimizer can do",
+               Words<Effort>{{"quick", Effort::quick}, {"normal", Effort::normal}},
+               HEXOPT_FIELD(options.optimize.effort)),
+        yes_no("optimize.max_min", "--max-min", "Raise the worst cells at the end",
+               HEXOPT_FIELD(options.optimize.max_min)),
+        min_sj_key(),
+        time_key(),
+        number("optimize.iterations", "--iterations", "Most steps and sweeps", {1, 1000000},
+               HEXOPT_FIELD(options.optimize.max_iterations)),
+        choice("output.encoding", "--encoding", "How formats that have both are written",
+               Words<Encoding>{{"automatic", Encoding::automatic},
+                               {"binary", Encoding::binary},
+                               {"text", Encoding::text}},
+               HEXOPT_FIELD(write.encoding)),
+        number("output.compression", "--compression", "Of VTU: 1 is fast, 9 is small", {1, 9},
+               HEXOPT_FIELD(write.compression_level)),
+        yes_no("output.polyhedra", "--polyhedra",
+               "VTU with polyhedra beside hanging vertices, for other programs",
+               HEXOPT_FIELD(write.polyhedra)),
+    };
+}
+
+#undef HEXOPT_FIELD
+
+Error usage_error(const std::string& where, std::string reason) {
+    return make_error(ErrorCode::usage, "configuration", where, std::move(reason));
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t k = 0; k < b.size(); ++k) {
+            const std::size_t change = diagonal + (a[i] != b[k]);
+            diagonal = row[k + 1];
+            row[k + 1] = std::min({change, row[k] + 1, row[k + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+Error unknown_key(std::string_view name, const std::string& where) {
+    std::string nearest = "patches.NAME.size";
+    std::size_t best = std::numeric_limits<std::size_t>::max();
+    for (const MeshKey& key : mesh_keys()) {
+        // Compared whole, and without the section, which is easily forgotten.
+        const std::string_view last = std::string_view(key.name).substr(key.name.find('.') + 1);
+        const std::size_t distance = std::min(edit_distance(name, key.name), edit_distance(name, last) + 1);
+        if (distance < best) best = distance, nearest = key.name;
+    }
+    return usage_error(where, fmt::format("unknown key '{}'; did you mean '{}'?", name, nearest));
+}
+
+const char* describe(Kind kind) {
+    constexpr std::array<const char*, 6> kNames = {"true or false", "a number",          "a whole number",
+                                                   "a text",        "a list of numbers", "a list of texts"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+bool has_kind(const ConfigValue& value, Kind kind) {
+    switch (kind) {
+    case Kind::yes_no:
+        return std::holds_alternative<bool>(value);
+    case Kind::number:
+        return std::holds_alternative<double>(value);
+    case Kind::whole:
+        return std::holds_alternative<double>(value) &&
+               std::get<double>(value) == std::floor(std::get<double>(value));
+    case Kind::word:
+        return std::holds_alternative<std::string>(value);
+    case Kind::numbers:
+        return std::holds_alternative<std::vector<double>>(value);
+    case Kind::texts:
+        return std::holds_alternative<std::vector<std::string>>(value);
+    }
+    return false;
+}
+
+/// "patches.NAME.size" and "patches.NAME.level"; the name may hold dots.
+Status set_patch_key(MeshJob& job, std::string_view name, const ConfigValue& value,
+                     const std::string& where) {
+    const std::size_t begin = name.find('.') + 1, end = name.rfind('.');
+    if (end < begin) return unknown_key(name, where);
+    const std::string patch(name.substr(begin, end - begin));
+    const std::string_view what = name.substr(end + 1);
+    const bool is_size = what == "size";
+    if (!is_size && what != "level")
+        return usage_error(where, fmt::format("unknown key '{}'; patches have size and level", name));
+    if (!has_kind(value, is_size ? Kind::number : Kind::whole))
+        return usage_error(
+            where, fmt::format("{} must be {}", name, describe(is_size ? Kind::number : Kind::whole)));
+    const double x = std::get<double>(value);
+    if (is_size ? !(x > 0) : !(x >= 0 && x <= 30))
+        return usage_error(where, fmt::format("{} {}", name, is_size ? "must be above 0" : out_of({0, 30})));
+    auto& patches = job.options.refine.patches;
+    auto at =
+        std::find_if(patches.begin(), patches.end(), [&](const PatchTarget& p) { return p.patch == patch; });
+    if (at == patches.end()) at = patches.insert(at, PatchTarget{patch, {}});
+    at->target = is_size ? TargetSize{x, -1} : TargetSize{0, static_cast<int>(x)};
+    return Done{};
+}
+
+bool parse_number(std::string_view text, double& number) {
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return code == std::errc() && end == text.data() + text.size() && std::isfinite(number);
+}
+
+} // namespace
+
+const std::vector<MeshKey>& mesh_keys() {
+    static const std::vector<MeshKey> keys = [] {
+        std::vector<MeshKey> all;
+        for (auto* part : {surface_keys, refine_keys, stage_keys, result_keys})
+            for (MeshKey& key : part()) all.push_back(std::move(key));
+        return all;
+    }();
+    return keys;
+}
+
+Status set_mesh_key(MeshJob& job, std::string_view name, const ConfigValue& value, const std::string& where) {
+    if (name.starts_with("patches.")) return set_patch_key(job, name, value, where);
+    const auto& keys = mesh_keys();
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const MeshKey& k) { return k.name == name; });
+    if (key == keys.end()) return unknown_key(name, where);
+    if (!has_kind(value, key->kind))
+        return usage_error(where, fmt::format("{} must be {}", name, describe(key->kind)));
+    if (const std::string wrong = key->set(job, value); !wrong.empty())
+        return usage_error(where, fmt::format("{} {}", name, wrong));
+    return Done{};
+}
+
+Result<ConfigValue> parse_value(const MeshKey& key, const std::string& text) {
+    const Error wrong =
+        usage_error(key.flag, fmt::format("'{}' is not {}", text,
+                                          key.kind == Kind::yes_no ? "yes or no" : describe(key.kind)));
+    if (key.kind == Kind::word) return ConfigValue(text);
+    if (key.kind == Kind::texts) return ConfigValue(std::vector<std::string>{text});
+    if (key.kind == Kind::yes_no) {
+        if (text == "yes" || text == "true" || text == "on") return ConfigValue(true);
+        if (text == "no" || text == "false" || text == "off") return ConfigValue(false);
+        return wrong;
+    }
+    std::vector<double> list;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        if (!parse_number(std::string_view(text).substr(begin, end - begin), list.emplace_back()))
+            return wrong;
+        begin = end + 1;
+    }
+    if (key.kind == Kind::numbers) return ConfigValue(list);
+    if (list.size() != 1 || (key.kind == Kind::whole && list[0] != std::floor(list[0]))) return wrong;
+    return ConfigValue(list[0]);
+}
+
+} // namespace hexopt

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "domain/boundary_model.hpp"
+#include "domain/box_tree.hpp"
+#include "stages/buffer/buffer.hpp"
+#include "stages/fit/fit.hpp"
+#include "stages/optimize/optimize.hpp"
+#include "stages/refine/refine.hpp"
+#include "stages/trim/trim.hpp"
+
+#include <optional>
+
+namespace hexopt {
+
+/// What meshing a surface may be told; each stage's own options, and what holds them together.
+struct MeshOptions {
+    BoundaryOptions features;
+    /// External flow: a box round the surface, which becomes the outer boundary (patches farfield_x_min,
+    /// ...).
+    std::optional<Box> farfield;
+    RefineOptions refine;
+    TrimOptions trim;
+    FitOptions fit;
+    int fit_repairs = 1; ///< how often cells round features that fitting could not capture are refined; 0..5
+    bool buffers = true;
+    BufferOptions buffer;
+    OptimizeOptions optimize = [] {
+        OptimizeOptions quick;
+        quick.effort = Effort::quick;
+        return quick;
+    }();
+    std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
+};
+
+} // namespace hexopt

@@ -1,0 +1,104 @@
+#include "pipeline/mesh_pipeline.hpp"
+
+#include "io/atomic_file.hpp"
+#include "io/write_openfoam.hpp"
+#include "pipeline/mesh_pictures.hpp"
+#include "render/png.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace hexopt {
+
+namespace {
+
+/// Where results go is checked before hours are spent on them.
+Status check_outputs(const MeshJob& job) {
+    if (auto format = format_of_name(job.output); !format) return format.error();
+    for (const std::filesystem::path& path : {job.output, job.report, job.picture, job.html}) {
+        if (path.empty()) continue;
+        const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+        std::error_code error;
+        if (!std::filesystem::is_directory(folder, error))
+            return make_error(ErrorCode::output_failed, "write", path.string(),
+                              "no such directory: " + folder.string());
+        const bool takes_folder = path == job.output && !openfoam_folder(path).empty();
+        if (std::filesystem::is_directory(path, error) && !takes_folder)
+            return make_error(ErrorCode::output_failed, "write", path.string(), "is a directory");
+    }
+    return Done{};
+}
+
+/// Writes what the job asks for. `context` is one that is not cancelled.
+Status write_results(const MeshJob& job, StageClock& clock, MeshJobResult& result, Context& context) {
+    const MeshOutcome& outcome = result.outcome;
+    Status written =
+        clock.run("write", [&] { return write_mesh(job.output, outcome.mesh, {}, job.write, context); });
+    if (!written) return written;
+    result.written.push_back(job.output);
+    if (!job.picture.empty()) {
+        const Result<Image> picture =
+            clock.run("picture", [&] { return draw_whole_and_cut(outcome.mesh, context); });
+        if (!picture) return picture.error();
+        if (written = write_png(job.picture, *picture, context); !written) return written;
+        result.written.push_back(job.picture);
+    }
+    result.times = clock.times();
+    if (!job.report.empty()) {
+        const auto keep_odd_bytes = nlohmann::json::error_handler_t::replace;
+        written = write_atomically(job.report,
+                                   to_json(job, result).dump(2, ' ', false, keep_odd_bytes) + "\n", context);
+        if (!written) return written;
+        result.written.push_back(job.report);
+    }
+    if (!job.html.empty()) {
+        const Result<std::string> page = make_mesh_page(to_json(job, result), outcome.mesh, context);
+        if (!page) return page.error();
+        if (written = write_atomically(job.html, *page, context); !written) return written;
+        result.written.push_back(job.html);
+    }
+    return Done{};
+}
+
+/// Writes the path beside the output and adds its name to the error.
+Error report_leak(const MeshJob& job, const LeakPath& leak, Error error, Context& context) {
+    std::filesystem::path file = job.output.has_filename() ? job.output : job.output.parent_path();
+    file.replace_extension(".leak.vtu");
+    if (write_mesh(file, leak.cells, {}, {}, context))
+        error.reasons.push_back("a shortest path of cells through the leak is in " + file.string());
+    return error;
+}
+
+} // namespace
+
+Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
+    if (auto status = check_outputs(job); !status) return status.error();
+    if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
+    StageClock clock;
+    context.report("read", 0);
+    auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, context); });
+    if (!surface) return surface.error();
+
+    MeshOptions options = job.options;
+    if (!job.initial_mesh.empty()) {
+        auto initial = clock.run("read_initial", [&] { return read_mesh(job.initial_mesh, context); });
+        if (!initial) return initial.error();
+        options.refine.initial.mesh = std::move(*initial);
+    }
+    LeakPath leak;
+    auto outcome = mesh_surface(*surface, options, clock, context, &leak);
+    if (!outcome && !leak.cells.cells.empty()) return report_leak(job, leak, outcome.error(), context);
+    if (!outcome) return outcome.error();
+    MeshJobResult result;
+    result.outcome = std::move(*outcome);
+    result.times = clock.times();
+    const bool cancelled = result.outcome.verdict == ErrorCode::cancelled;
+    if (cancelled && !job.keep_best) return result;
+    context.set_progress_range(0, 1);
+    context.report("write", 1);
+    Context unhurried(context.parallel().threads(), context.seed());
+    if (auto status = write_results(job, clock, result, cancelled ? unhurried : context); !status)
+        return status.error();
+    return result;
+}
+
+} // namespace hexopt

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "io/mesh_io.hpp"
+#include "pipeline/mesh_surface.hpp"
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+namespace hexopt {
+
+/// `hexopt-gpu mesh`: files in, files out. Paths that are empty are not used.
+struct MeshJob {
+    std::vector<std::filesystem::path> surfaces; ///< several: each is a patch named after its file
+    std::filesystem::path output;
+    std::filesystem::path report;       ///< JSON
+    std::filesystem::path picture;      ///< PNG: whole, and cut in half
+    std::filesystem::path html;         ///< web page of the run
+    std::filesystem::path initial_mesh; ///< hexahedra to start from; sets options.refine.initial.mesh
+    MeshOptions options;
+    WriteOptions write;
+    bool keep_best = false; ///< cancelled while optimizing: write the best state reached
+};
+
+struct MeshJobResult {
+    MeshOutcome outcome;
+    std::vector<StageTime> times;
+    std::vector<std::filesystem::path> written;
+};
+
+/// Reads, meshes, measures, writes. A mesh that has invalid cells is written too (verdict no_valid_mesh); a
+/// cancelled run writes only with keep_best, and only once the optimizer has begun. A surface that leaks is
+/// an error that names a file beside the output, NAME.leak.vtu, with the cells of a shortest path. Errors:
+/// those of reading (bad_input), mesh_surface() and writing (output_failed: the earlier file is as it was).
+Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context);
+
+/// Reads one surface, or several as one. Of several files each becomes one patch named after the file without
+/// its extension; where a file has patches of its own they become STEM.NAME.
+Result<TriangleSoup> read_surfaces(const std::vector<std::filesystem::path>& paths, Context& context);
+
+/// The run as JSON; keys in docs/report.md.
+nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result);
+
+} // namespace hexopt

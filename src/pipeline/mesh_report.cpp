@@ -1,0 +1,139 @@
+#include "pipeline/mesh_keys.hpp"
+#include "pipeline/report_parts.hpp"
+#include "quality/report_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace hexopt {
+
+namespace {
+
+using nlohmann::json;
+
+json options_json(const MeshJob& job) {
+    json options = json::object();
+    for (const MeshKey& key : mesh_keys())
+        std::visit([&](const auto& value) { options[key.name] = value; }, key.get(job));
+    for (const PatchTarget& patch : job.options.refine.patches) {
+        const std::string prefix = "patches." + patch.patch;
+        if (patch.target.level >= 0)
+            options[prefix + ".level"] = patch.target.level;
+        else
+            options[prefix + ".size"] = patch.target.size;
+    }
+    return options;
+}
+
+json surface_json(const MeshOutcome& o) {
+    return {{"patches", o.patches},
+            {"curves", o.curves},
+            {"corners", o.corners},
+            {"dropped_triangles", o.dropped_triangles},
+            {"open_edges", o.open_edges},
+            {"nonmanifold_edges", o.nonmanifold_edges},
+            {"flipped_triangles", o.orientation.flipped_triangles},
+            {"sheet_triangles", o.orientation.sheet_triangles},
+            {"bodies", o.orientation.bodies},
+            {"cavities", o.orientation.cavities},
+            {"open_pieces", o.orientation.open_pieces}};
+}
+
+json refine_json(const RefineStats& s) {
+    json split = json::object(), over_budget = json::object();
+    for (std::size_t c = 0; c < kCriterionCount; ++c) {
+        const char* name = name_of(static_cast<RefineCriterion>(c));
+        split[name] = s.split[c];
+        over_budget[name] = s.over_budget[c];
+    }
+    return {{"level_cells", s.level_cells},
+            {"split", split},
+            {"split_beside", s.spread},
+            {"split_layers", s.layers},
+            {"split_balance", s.balance},
+            {"over_budget", over_budget},
+            {"repairs_over_budget", s.repairs_over_budget},
+            {"surface_size", s.surface_size},
+            {"base_size", s.base_size}};
+}
+
+json trim_json(const TrimReport& r, int rounds) {
+    return {{"rounds", rounds},
+            {"octree_cells", r.octree_cells},
+            {"kept_cells", r.kept_cells},
+            {"cut_cells", r.cut_cells},
+            {"gap_removed", r.gap_removed},
+            {"manifold_removed", r.manifold_removed},
+            {"tips_removed", r.tips_removed},
+            {"pits_filled", r.pits_filled},
+            {"partial_filled", r.partial_filled},
+            {"partial_removed", r.partial_removed},
+            {"parts", r.parts},
+            {"parts_dropped", r.parts_dropped},
+            {"part_cells_dropped", r.part_cells_dropped},
+            {"kept_volume", r.kept_volume},
+            {"enclosed_volume", r.enclosed_volume},
+            {"is_closed_manifold", r.closed_manifold()}};
+}
+
+json fit_json(const FitReport& r, int rounds) {
+    json released = json::array();
+    for (const auto& curve : r.released_curves) released.push_back(curve.curve);
+    return {{"rounds", rounds},
+            {"corners", r.corners},
+            {"captured_corners", r.captured_corners},
+            {"curves", r.curves},
+            {"captured_curves", r.captured_curves},
+            {"released_curves", released},
+            {"reroutes", r.reroutes},
+            {"largest_distance", r.largest_distance}};
+}
+
+json counts_json(const BufferCounts& c) {
+    return {{"cells", c.cells},
+            {"vertices", c.vertices},
+            {"surface_quads", c.surface_quads},
+            {"flat_quads", c.flat_quads},
+            {"two_face_cells", c.two_face_cells}};
+}
+
+json buffer_json(const BufferReport& r) {
+    json skipped = json::array();
+    for (const SkippedSheet& sheet : r.skipped)
+        skipped.push_back({{"kind", name_of(sheet.kind)},
+                           {"fault", name_of(sheet.fault)},
+                           {"whole", sheet.whole},
+                           {"at", json::array({sheet.position.x, sheet.position.y, sheet.position.z})}});
+    return {{"before", counts_json(r.before)},
+            {"after", counts_json(r.after)},
+            {"groups", r.groups},
+            {"pillows", r.pillows},
+            {"collars", r.collars},
+            {"skipped", skipped}};
+}
+
+} // namespace
+
+nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
+    const MeshOutcome& o = result.outcome;
+    std::string input;
+    for (const auto& path : job.surfaces) input += (input.empty() ? "" : ", ") + path.string();
+    return {{"version", HEXOPT_VERSION_STRING},
+            {"input", input},
+            {"output", job.output.string()},
+            {"verdict", name_of(o.verdict)},
+            {"exit_code", static_cast<int>(o.verdict)},
+            {"options", options_json(job)},
+            {"surface", surface_json(o)},
+            {"refine", refine_json(o.refine)},
+            {"trim", trim_json(o.trim, o.trim_rounds)},
+            {"fit", fit_json(o.fit, o.fit_rounds)},
+            {"buffer", o.buffer ? buffer_json(*o.buffer) : json(nullptr)},
+            {"quality_before", to_json(o.before)},
+            {"quality_after", to_json(o.after)},
+            {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},
+            {"deviation", report::deviation_json(o.deviation)},
+            {"stages", report::stages_json(result.times)},
+            {"notes", o.notes}};
+}
+
+} // namespace hexopt

@@ -1,0 +1,283 @@
+#include "pipeline/mesh_surface.hpp"
+
+#include "domain/boundary_model_builder.hpp"
+#include "mesh/validate_structure.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+constexpr int kMostTrimRounds = 12;
+
+/// Ends of the stages' parts of the run, 0..1.
+constexpr double kSurfaceEnd = 0.05, kTrimEnd = 0.2, kFitEnd = 0.35, kBufferEnd = 0.45, kOptimizeEnd = 0.92,
+                 kMeasureEnd = 0.97;
+
+void begin(Context& context, const char* stage, double low, double high) {
+    context.set_progress_range(low, high);
+    context.report(stage, 0);
+}
+
+/// The surface inside a box, whose sides are six patches more.
+TriangleSoup add_farfield(TriangleSoup surface, const Box& box) {
+    static constexpr const char* kNames[6] = {"farfield_x_min", "farfield_x_max", "farfield_y_min",
+                                              "farfield_y_max", "farfield_z_min", "farfield_z_max"};
+    static constexpr Index kSides[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    if (surface.patch.empty()) {
+        surface.patch.assign(surface.triangles.size(), 0);
+        surface.patch_names = {"surface"};
+    }
+    const Index first = static_cast<Index>(surface.vertices.size());
+    for (int i = 0; i < 8; ++i)
+        surface.vertices.emplace_back(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                                      i & 4 ? box.high.z : box.low.z);
+    for (int f = 0; f < 6; ++f) {
+        const auto& side = kSides[f];
+        for (const auto& [a, b, c] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+            surface.triangles.push_back({first + side[a], first + side[b], first + side[c]});
+            surface.patch.push_back(static_cast<Index>(surface.patch_names.size()));
+        }
+        surface.patch_names.emplace_back(kNames[f]);
+    }
+    return surface;
+}
+
+Status check_farfield(const TriangleSoup& surface, const Box& box) {
+    for (int k = 0; k < 3; ++k)
+        if (!(box.low[k] < box.high[k]))
+            return make_error(ErrorCode::usage, "farfield", "",
+                              "the box is empty: give xmin,ymin,zmin,xmax,ymax,zmax");
+    for (const Point& p : surface.vertices)
+        for (int k = 0; k < 3; ++k)
+            if (!(p[k] > box.low[k] && p[k] < box.high[k]))
+                return make_error(
+                    ErrorCode::usage, "farfield", "",
+                    fmt::format("the point ({:.6g}, {:.6g}, {:.6g}) of the surface is not inside the box",
+                                p.x, p.y, p.z));
+    return Done{};
+}
+
+Result<Domain> make_domain(const TriangleSoup& surface, const MeshOptions& options, MeshOutcome& outcome,
+                           StageClock& clock, Context& context) {
+    if (options.farfield)
+        if (Status ok = check_farfield(surface, *options.farfield); !ok) return ok.error();
+    begin(context, "surface", 0, kSurfaceEnd);
+    auto oriented = clock.run("orient", [&] {
+        return options.farfield ? orient_surface(add_farfield(surface, *options.farfield), context)
+                                : orient_surface(surface, context);
+    });
+    if (!oriented) return oriented.error();
+    outcome.orientation = oriented->report;
+    auto domain =
+        clock.run("domain", [&] { return build_domain(oriented->soup, options.features, context); });
+    if (!domain) return domain;
+    outcome.patches = domain->model.patch_count();
+    outcome.curves = domain->model.curve_count();
+    outcome.corners = domain->model.corner_count();
+    outcome.dropped_triangles = domain->dropped_triangles;
+    outcome.open_edges = domain->open_edges;
+    outcome.nonmanifold_edges = domain->nonmanifold_edges;
+    return domain;
+}
+
+HexMesh take_cells(const HexMesh& mesh, const std::vector<Index>& cells) {
+    HexMesh part;
+    std::vector<Index> number(mesh.vertex_count(), kNoIndex);
+    for (Index c : cells) {
+        Cell cell = mesh.cells[c];
+        for (Index& v : cell) {
+            if (number[v] == kNoIndex) {
+                number[v] = static_cast<Index>(part.positions.size());
+                part.positions.push_back(mesh.positions[v]);
+            }
+            v = number[v];
+        }
+        part.cells.push_back(cell);
+        if (!mesh.level.empty()) part.level.push_back(mesh.level[c]);
+    }
+    return part;
+}
+
+/// Trims, and refines what trimming asks for, until it asks for nothing. Where no more may be refined the
+/// cells in question are removed instead.
+Result<TrimOutput> trim_to_manifold(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
+                                    MeshOutcome& outcome, Context& context, LeakPath* leak) {
+    TrimOptions trim_options = options.trim;
+    for (int round = 1;; ++round) {
+        if (round == kMostTrimRounds) trim_options.partial = PartialFaces::remove;
+        std::vector<Index> path;
+        auto trimmed = trim(refined.octree, domain, trim_options, context, &path);
+        ++outcome.trim_rounds;
+        if (!trimmed) {
+            if (leak && !path.empty()) leak->cells = take_cells(refined.octree, path);
+            return trimmed;
+        }
+        context.report(
+            "trim", static_cast<double>(round) / kMostTrimRounds,
+            fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
+        if (trimmed->refine_cells.empty()) return trimmed;
+        if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
+        const RefineCount count = refine_cells(refined, trimmed->refine_cells, context);
+        if (count.requested == 0) trim_options.partial = PartialFaces::remove;
+    }
+}
+
+/// Fits, and refines where features could not be captured, up to fit_repairs times.
+Result<FittedMesh> fit_domain(RefineOutput refined, const Domain& domain, const MeshOptions& options,
+                              MeshOutcome& outcome, StageClock& clock, Context& context, LeakPath* leak) {
+    for (int repair = 0;; ++repair) {
+        begin(context, "trim", kSurfaceEnd, kTrimEnd);
+        auto trimmed = clock.run(
+            "trim", [&] { return trim_to_manifold(refined, domain, options, outcome, context, leak); });
+        if (!trimmed) return trimmed.error();
+        outcome.trim = trimmed->report;
+        begin(context, "fit", kTrimEnd, kFitEnd);
+        auto fitted = clock.run(
+            "fit", [&] { return fit_boundary(std::move(trimmed->kept), domain, options.fit, context); });
+        if (!fitted) return fitted.error();
+        ++outcome.fit_rounds;
+        outcome.fit = fitted->report;
+        std::vector<Index> again;
+        for (Index cell : fitted->refine_cells) again.push_back(trimmed->kept_cell[cell]);
+        std::sort(again.begin(), again.end());
+        const bool may_repair = repair < options.fit_repairs && !again.empty();
+        if (!may_repair || refine_cells(refined, again, context).requested == 0) {
+            outcome.refine = std::move(refined.stats);
+            return std::move(fitted->fitted);
+        }
+    }
+}
+
+void bind_surface(Domain& domain, const FittedMesh& fitted) {
+    std::vector<std::array<Index, 2>> features;
+    for (const FittedMesh::RidgeEdge& ridge : fitted.ridges) features.push_back({ridge.a, ridge.b});
+    BoundaryModelBuilder::bind(domain.model, fitted.association, std::move(features), {},
+                               kQuadTolerance_rel * domain.model.diagonal());
+}
+
+/// From patches of the domain to the input's names; quads without one take that of the nearest patch.
+void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
+    parallel.for_each(mesh.boundary.size(), 1024, [&](std::size_t i) {
+        BoundaryQuad& quad = mesh.boundary[i];
+        if (quad.patch == kNoIndex) {
+            Point centre(0);
+            for (Index v : quad.vertices) centre += 0.25 * mesh.positions[v];
+            quad.patch = domain.model.patch_of_triangle(domain.model.project_patch(kNoIndex, centre).element);
+        }
+        quad.patch = domain.patch_name[quad.patch];
+    });
+    std::vector<Index> number(domain.names.size(), kNoIndex);
+    for (const BoundaryQuad& quad : mesh.boundary) number[quad.patch] = 0;
+    mesh.patch_names.clear();
+    for (std::size_t p = 0; p < number.size(); ++p) {
+        if (number[p] == kNoIndex) continue;
+        number[p] = static_cast<Index>(mesh.patch_names.size());
+        mesh.patch_names.push_back(domain.names[p]);
+    }
+    for (BoundaryQuad& quad : mesh.boundary) quad.patch = number[quad.patch];
+}
+
+void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std::string>& notes) {
+    if (outcome.open_edges + outcome.nonmanifold_edges > 0)
+        notes.push_back(fmt::format("The surface has {} open and {} non-manifold edges.", outcome.open_edges,
+                                    outcome.nonmanifold_edges));
+    if (outcome.orientation.flipped_triangles > 0)
+        notes.push_back(fmt::format("{} triangles were turned over.", outcome.orientation.flipped_triangles));
+    if (outcome.orientation.sheet_triangles > 0)
+        notes.push_back(fmt::format("{} triangles with the inside on both sides were left out.",
+                                    outcome.orientation.sheet_triangles));
+    if (outcome.refine.budget_hit())
+        notes.emplace_back("The budget of cells was used up: some criteria of refinement were given up.");
+    if (const auto& released = outcome.fit.released_curves; !released.empty()) {
+        const auto points = domain.model.curve_points(released.front().curve);
+        const Point p = points[points.size() / 2];
+        notes.push_back(fmt::format("{} of {} feature curves are not followed by mesh edges, the first near "
+                                    "({:.6g}, {:.6g}, {:.6g}).",
+                                    released.size(), outcome.curves, p.x, p.y, p.z));
+    }
+    if (outcome.fit.captured_corners < outcome.fit.corners)
+        notes.push_back(fmt::format("{} of {} corners have no mesh vertex.",
+                                    outcome.fit.corners - outcome.fit.captured_corners, outcome.fit.corners));
+    if (outcome.buffer && !outcome.buffer->skipped.empty()) {
+        const auto& skipped = outcome.buffer->skipped;
+        const auto whole =
+            std::count_if(skipped.begin(), skipped.end(), [](const SkippedSheet& s) { return s.whole; });
+        notes.push_back(
+            fmt::format("{} buffer layers could not be inserted, and {} places were left without one.", whole,
+                        std::ssize(skipped) - whole));
+    }
+    if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
+}
+
+Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions& options,
+                            MeshOutcome& outcome, StageClock& clock, Context& context) {
+    bind_surface(domain, fitted);
+    HexMesh& mesh = outcome.mesh = std::move(fitted.mesh);
+    const Topology topology =
+        clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
+    auto before = clock.run("quality_before", [&] { return compute_quality(mesh, topology, {}, context); });
+    if (!before) return before.error();
+    outcome.before = std::move(*before);
+    outcome.start = mesh.positions;
+
+    begin(context, "optimize", kBufferEnd, kOptimizeEnd);
+    auto stats = clock.run(
+        "optimize", [&] { return optimize(mesh, topology, &domain.model, options.optimize, context); });
+    const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
+    if (!stats && !cancelled) return stats.error();
+    if (stats) outcome.stats = std::move(*stats);
+
+    begin(context, "measure", kOptimizeEnd, kMeasureEnd);
+    Context unhurried(context.parallel().threads(), context.seed()); // measures even after a cancel
+    auto after = clock.run("quality_after", [&] { return compute_quality(mesh, topology, {}, unhurried); });
+    if (!after) return after.error();
+    outcome.after = std::move(*after);
+    auto deviation = clock.run(
+        "deviation", [&] { return measure_deviation(mesh, topology, domain.model, {}, unhurried); });
+    if (!deviation) return deviation.error();
+    outcome.deviation = *deviation;
+    name_patches(mesh, domain, context.parallel());
+    const ValidityCounts& validity = outcome.after.validity;
+    const bool is_below = options.target_min_sj && validity.min_scaled_jacobian < *options.target_min_sj;
+    outcome.verdict = cancelled              ? ErrorCode::cancelled
+                      : !validity.is_valid() ? ErrorCode::no_valid_mesh
+                      : is_below             ? ErrorCode::below_target
+                                             : ErrorCode::ok;
+    return Done{};
+}
+
+} // namespace
+
+Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions& options, StageClock& clock,
+                                 Context& context, LeakPath* leak) {
+    if (options.fit_repairs < 0 || options.fit_repairs > 5)
+        return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
+    MeshOutcome outcome;
+    auto domain = make_domain(surface, options, outcome, clock, context);
+    if (!domain) return domain.error();
+    context.set_progress_range(kSurfaceEnd, kSurfaceEnd + 0.05);
+    auto refined = clock.run("refine", [&] { return refine(*domain, options.refine, context); });
+    if (!refined) return refined.error();
+    auto fitted = fit_domain(std::move(*refined), *domain, options, outcome, clock, context, leak);
+    if (!fitted) return fitted.error();
+    if (options.buffers) {
+        begin(context, "buffer", kFitEnd, kBufferEnd);
+        auto buffered = clock.run(
+            "buffer", [&] { return insert_buffers(std::move(*fitted), *domain, options.buffer, context); });
+        if (!buffered) return buffered.error();
+        outcome.buffer = std::move(buffered->report);
+        *fitted = std::move(buffered->fitted);
+    }
+    if (Status sound = require_structure(fitted->mesh, "mesh", context.parallel()); !sound)
+        return sound.error();
+    Status done = optimize_and_measure(std::move(*fitted), *domain, options, outcome, clock, context);
+    if (!done) return done.error();
+    add_notes(outcome, *domain, outcome.notes);
+    return outcome;
+}
+
+} // namespace hexopt

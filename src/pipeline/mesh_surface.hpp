@@ -1,0 +1,51 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/deviation.hpp"
+#include "domain/orient_surface.hpp"
+#include "mesh/triangle_soup.hpp"
+#include "pipeline/mesh_options.hpp"
+#include "pipeline/stage_clock.hpp"
+#include "quality/mesh_quality.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hexopt {
+
+/// What became of a surface.
+struct MeshOutcome {
+    /// ok, no_valid_mesh, below_target or cancelled (while optimizing): the mesh is the best state reached.
+    ErrorCode verdict = ErrorCode::ok;
+    HexMesh mesh; ///< with levels, hanging constraints and the input's patches
+
+    OrientationReport orientation;
+    std::size_t patches = 0, curves = 0, corners = 0; ///< of the domain
+    std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
+    RefineStats refine;
+    TrimReport trim;
+    int trim_rounds = 0; ///< times that cells were trimmed
+    FitReport fit;
+    int fit_rounds = 0; ///< times that the boundary was fitted
+    std::optional<BufferReport> buffer;
+    QualityReport before, after;        ///< before and after the optimizer
+    std::optional<OptimizeStats> stats; ///< none where cancelled
+    Deviation deviation;
+    std::vector<Point> start;       ///< positions before the optimizer
+    std::vector<std::string> notes; ///< what the user should know, one sentence each
+};
+
+/// Where the surface leaks: octree cells from the inside to the outside, neighbour by neighbour.
+struct LeakPath {
+    HexMesh cells; ///< empty: no leak
+};
+
+/// The flow in memory: orient, domain, refine and trim in turns, fit, buffer, optimize, name patches,
+/// measure. Errors: usage (an option out of range), bad_input (a surface that cannot be meshed; where it
+/// leaks *leak gets the path), out_of_memory, cancelled before the optimizer began.
+Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions& options, StageClock& clock,
+                                 Context& context, LeakPath* leak = nullptr);
+
+} // namespace hexopt

@@ -1,0 +1,172 @@
+#include "io/read_surface.hpp"
+#include "io/scratch.hpp"
+#include "io/write_surface.hpp"
+#include "mesh/topology.hpp"
+#include "pipeline/mesh_pipeline.hpp"
+#include "samples/geometry/geometries.hpp"
+#include "samples/geometry/solid.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+
+using namespace hexopt;
+namespace fs = std::filesystem;
+
+namespace {
+
+TriangleSoup cube(double low, double high) {
+    return geometry::make_box(Point(low), Point(high), {"west", "east", "south", "north", "down", "up"});
+}
+
+MeshOptions coarse(double cells) {
+    MeshOptions options;
+    options.refine.target_cells = cells;
+    return options;
+}
+
+Result<MeshOutcome> mesh(const TriangleSoup& soup, const MeshOptions& options, int threads = 2) {
+    StageClock clock;
+    Context context(threads);
+    return mesh_surface(soup, options, clock, context);
+}
+
+/// Every boundary face has a patch.
+void check_patches(const HexMesh& mesh) {
+    CHECK(compute_topology(mesh).boundary_faces.size() == mesh.boundary.size());
+    for (const BoundaryQuad& quad : mesh.boundary) REQUIRE(quad.patch < mesh.patch_names.size());
+}
+
+} // namespace
+
+TEST_CASE("a cube is meshed exactly, with its names") {
+    const auto outcome = mesh(cube(0, 2), coarse(800));
+    INFO((outcome ? "" : outcome.error().one_line()));
+    REQUIRE(outcome);
+    CHECK(outcome->verdict == ErrorCode::ok);
+    CHECK(outcome->after.validity.is_valid());
+    CHECK(outcome->after.total_volume == Approx(8).epsilon(1e-9));
+    CHECK(outcome->fit.captured_corners == 8);
+    CHECK(outcome->fit.captured_curves == 12);
+    CHECK(outcome->deviation.largest_rel() < 1e-9);
+    CHECK(outcome->mesh.patch_names ==
+          std::vector<std::string>{"west", "east", "south", "north", "down", "up"});
+    check_patches(outcome->mesh);
+    for (const BoundaryQuad& quad : outcome->mesh.boundary)
+        for (Index v : quad.vertices) {
+            const Point& p = outcome->mesh.positions[v];
+            const double on[] = {p.x, 2 - p.x, p.y, 2 - p.y, p.z, 2 - p.z};
+            CHECK(std::abs(on[quad.patch]) < 1e-9);
+        }
+}
+
+TEST_CASE("a cylinder is meshed validly, the same for any number of threads") {
+    Context context(1);
+    const auto soup = make_geometry("cylinder", {24, ""}, context);
+    REQUIRE(soup);
+    const auto one = mesh(*soup, coarse(1500), 1), two = mesh(*soup, coarse(1500), 2);
+    REQUIRE(one);
+    REQUIRE(two);
+    CHECK(one->verdict == ErrorCode::ok);
+    CHECK(one->fit.captured_curves == one->curves);
+    CHECK(one->mesh.positions == two->mesh.positions);
+    CHECK(one->mesh.cells == two->mesh.cells);
+    CHECK(one->after.total_volume == Approx(4 * 12 * std::sin(2 * std::numbers::pi / 24)).epsilon(1e-2));
+    check_patches(one->mesh);
+}
+
+TEST_CASE("external flow: the box becomes the outer boundary") {
+    MeshOptions options = coarse(3000);
+    options.farfield = Box{Point(-3), Point(4)};
+    const auto outcome = mesh(cube(0, 1), options);
+    INFO((outcome ? "" : outcome.error().one_line()));
+    REQUIRE(outcome);
+    CHECK(outcome->verdict == ErrorCode::ok);
+    CHECK(outcome->after.total_volume == Approx(342).epsilon(1e-6));
+    CHECK(outcome->mesh.patch_names.size() == 12);
+    options.farfield = Box{Point(0.5), Point(4)};
+    CHECK(mesh(cube(0, 1), options).error().code == ErrorCode::usage);
+}
+
+TEST_CASE("without buffers and repairs the flow is shorter") {
+    MeshOptions options = coarse(800);
+    options.buffers = false;
+    options.fit_repairs = 0;
+    const auto outcome = mesh(cube(0, 1), options);
+    REQUIRE(outcome);
+    CHECK_FALSE(outcome->buffer);
+    CHECK(outcome->fit_rounds == 1);
+    options.fit_repairs = 6;
+    CHECK(mesh(cube(0, 1), options).error().code == ErrorCode::usage);
+}
+
+TEST_CASE("several files: each is a patch named after it") {
+    const test::Scratch scratch;
+    Context context(1);
+    const TriangleSoup soup = cube(0, 1);
+    std::vector<fs::path> files;
+    for (Index p = 0; p < 6; ++p) {
+        TriangleSoup part{soup.vertices, {}, {}, {}};
+        for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+            if (soup.patch[t] == p) part.triangles.push_back(soup.triangles[t]);
+        files.push_back(scratch / (soup.patch_names[p] + ".stl"));
+        REQUIRE(write_surface(files.back(), part, {}, context));
+    }
+    const auto all = read_surfaces(files, context);
+    REQUIRE(all);
+    CHECK(all->patch_names == soup.patch_names);
+    CHECK(all->patch == soup.patch);
+    REQUIRE(write_surface(scratch / "both.stl", soup, {}, context));
+    const std::vector<fs::path> two = {files[0], scratch / "both.stl"};
+    const auto mixed = read_surfaces(two, context);
+    REQUIRE(mixed);
+    CHECK(mixed->patch_names.size() == 7);
+    CHECK(mixed->patch_names.back() == "both.up");
+    CHECK(read_surfaces({files[0], scratch / "none.stl"}, context).error().code == ErrorCode::bad_input);
+
+    MeshJob job;
+    job.surfaces = files;
+    job.output = scratch / "out.vtu";
+    job.report = scratch / "out.json";
+    job.html = scratch / "out.html";
+    job.picture = scratch / "out.png";
+    job.options = coarse(800);
+    const auto result = run_mesh_job(job, context);
+    INFO((result ? "" : result.error().one_line()));
+    REQUIRE(result);
+    CHECK(result->written.size() == 4);
+    const auto report = nlohmann::json::parse(test::slurp(job.report));
+    CHECK(report["verdict"] == "ok");
+    CHECK(report["fit"]["captured_corners"] == 8);
+    CHECK(report["quality_after"]["validity"]["is_valid"] == true);
+    std::set<std::string> stages;
+    for (const auto& stage : report["stages"]) stages.insert(stage["stage"]);
+    for (const char* stage :
+         {"read", "orient", "domain", "refine", "trim", "fit", "buffer", "optimize", "write"})
+        CHECK(stages.count(stage) == 1);
+    CHECK(test::slurp(job.html).find("<html") != std::string::npos);
+}
+
+TEST_CASE("a cancelled run leaves the earlier file") {
+    const test::Scratch scratch;
+    Context context(1);
+    REQUIRE(write_surface(scratch / "in.stl", cube(0, 1), {}, context));
+    test::spill(scratch / "out.vtu", "earlier");
+    MeshJob job;
+    job.surfaces = {scratch / "in.stl"};
+    job.output = scratch / "out.vtu";
+    job.options = coarse(800);
+    for (const char* at : {"read", "refine", "trim", "fit", "buffer", "optimize"}) {
+        INFO(at);
+        Context cancelled(1);
+        cancelled.set_progress_sink([&](std::string_view stage, double, std::string_view) {
+            if (stage == at) cancelled.cancel();
+        });
+        const auto result = run_mesh_job(job, cancelled);
+        CHECK((result ? result->outcome.verdict : result.error().code) == ErrorCode::cancelled);
+        CHECK(test::slurp(job.output) == "earlier");
+    }
+}
