@@ -30,6 +30,7 @@ using Reader = bool (*)(Scanner&, SurfaceBuilder&);
 Reader choose_reader(const std::string& file, std::string_view bytes) {
     if (looks_like_ply(bytes)) return read_ply;
     if (looks_like_off(bytes)) return read_off;
+    if (looks_like_vtp(bytes)) return read_vtp;
     if (looks_like_binary_stl(bytes)) return read_binary_stl;
     if (looks_like_ascii_stl(bytes)) return read_ascii_stl;
     if (looks_like_obj(bytes) || has_extension(file, ".obj")) return read_obj;
@@ -96,7 +97,8 @@ bool io_detail::take_id(Scanner& scanner, std::int64_t value, Index& id) {
 Result<TriangleSoup> io_detail::read_surface_bytes(const std::string& file, std::string_view bytes,
                                                    const Context& context) {
     const Reader reader = choose_reader(file, bytes);
-    if (reader == nullptr) return bad(file, "no surface format that is known", "give STL, OBJ, OFF or PLY");
+    if (reader == nullptr)
+        return bad(file, "no surface format that is known", "give STL, OBJ, OFF, PLY or VTP");
     Scanner scanner(file, bytes);
     SurfaceBuilder builder(context);
     if (!reader(scanner, builder) || !scanner.ok()) return scanner.error();

@@ -46,6 +46,10 @@ bool read_off(Scanner& scanner, SurfaceBuilder& builder);
 bool looks_like_ply(std::string_view bytes);
 bool read_ply(Scanner& scanner, SurfaceBuilder& builder);
 
+/// True for every XML file of VTK; one of another type is an error that says so.
+bool looks_like_vtp(std::string_view bytes);
+bool read_vtp(Scanner& scanner, SurfaceBuilder& builder);
+
 /// An id of the file as an Index; false with an error where it is negative or too large.
 bool take_id(Scanner& scanner, std::int64_t value, Index& id);
 

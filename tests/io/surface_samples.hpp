@@ -83,4 +83,19 @@ end_header
 0 1
 )";
 
+inline const std::string kVtp = R"(<?xml version="1.0"?>
+<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">
+<PolyData>
+<Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="2">
+<CellData><DataArray type="Int32" Name="patch" format="ascii">5 8</DataArray></CellData>
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 1 1 0 0 1 0</DataArray></Points>
+<Polys>
+<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 0 2 3</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">3 6</DataArray>
+</Polys>
+</Piece>
+</PolyData>
+</VTKFile>
+)";
+
 } // namespace hexopt::test

@@ -91,8 +91,8 @@ std::vector<Sample> surface_samples() {
                       "element face 1\nproperty list uchar int vertex_index\nend_header\n";
     ply.append(36, '\0');
     ply += std::string("\x03\0\0\0\0\0\0\0\1\0\0\0\2", 13);
-    return {{"a.stl", test::kAsciiStl}, {"b.stl", binary},     {"a.obj", test::kObj},
-            {"a.off", test::kOff},      {"a.ply", test::kPly}, {"b.ply", ply}};
+    return {{"a.stl", test::kAsciiStl}, {"b.stl", binary}, {"a.obj", test::kObj}, {"a.off", test::kOff},
+            {"a.ply", test::kPly},      {"b.ply", ply},    {"a.vtp", test::kVtp}};
 }
 
 std::string with_number_replaced(const std::string& bytes, std::mt19937_64& random) {

@@ -164,7 +164,7 @@ void add_mesh(CLI::App& app, Session& session) {
     const auto options = std::make_shared<MeshCommand>();
     command
         ->add_option("SURFACE", options->surfaces,
-                     "STL, OBJ, OFF or PLY; of several files each is a patch named after it")
+                     "STL, OBJ, OFF, PLY or VTP; of several files each is a patch named after it")
         ->type_name("FILE...");
     command
         ->add_option("-o,--output", options->job.output,

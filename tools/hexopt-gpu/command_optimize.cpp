@@ -34,7 +34,7 @@ void add_boundary_options(CLI::App& command, Arguments& arguments) {
             ->type_name("MODE");
     command
         .add_option("--surface", arguments.job.surface,
-                    "STL, OBJ, OFF or PLY that the boundary slides on; default: the mesh's own boundary")
+                    "STL, OBJ, OFF, PLY or VTP that the boundary slides on; default: the mesh's own boundary")
         ->type_name("FILE");
     command
         .add_option("--feature-angle", arguments.job.improve.features.feature_angle_deg,
