@@ -25,9 +25,10 @@ struct MeshOptions {
     bool buffers = true;
     BufferOptions buffer;
     OptimizeOptions optimize = [] {
-        OptimizeOptions quick;
-        quick.effort = Effort::quick;
-        return quick;
+        OptimizeOptions fitted;
+        fitted.effort = Effort::quick;
+        fitted.fresh_boundary = true;
+        return fitted;
     }();
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
 };
