@@ -284,6 +284,8 @@ MeshKey time_key() {
 
 std::vector<MeshKey> surface_keys() {
     return {
+        number("surface.weld", "--weld", "Gaps to close in the surface, as a fraction of its diagonal",
+               {0, 0.01}, HEXOPT_FIELD(options.weld_rel)),
         number("features.angle", "--feature-angle", "Edges sharper than this many degrees are features",
                {0, 180}, HEXOPT_FIELD(options.features.feature_angle_deg)),
         number("features.corner_turn", "--corner-turn",

@@ -14,20 +14,29 @@ namespace hexopt {
 
 /// What meshing a surface may be told; each stage's own options, and what holds them together.
 struct MeshOptions {
-    BoundaryOptions features;
+    BoundaryOptions features = [] {
+        BoundaryOptions sharp;
+        sharp.feature_angle_deg = 30;
+        return sharp;
+    }();
+    /// Gaps in the surface up to this fraction of its diagonal are closed; 0..0.01.
+    double weld_rel = 1e-4;
     /// External flow: a box round the surface, which becomes the outer boundary (patches farfield_x_min,
     /// ...).
     std::optional<Box> farfield;
     RefineOptions refine;
     TrimOptions trim;
     FitOptions fit;
-    int fit_repairs = 1; ///< how often cells round features that fitting could not capture are refined; 0..5
+    int fit_repairs = 3; ///< how often cells round features that fitting could not capture are refined; 0..5
     bool buffers = true;
     BufferOptions buffer;
+    /// max_deviation_rel: the most that vertices round bad cells may leave the surface by (settle_mesh()).
     OptimizeOptions optimize = [] {
         OptimizeOptions fitted;
         fitted.effort = Effort::quick;
         fitted.fresh_boundary = true;
+        fitted.min_sj = 0.3;
+        fitted.max_deviation_rel = 0.01;
         return fitted;
     }();
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on

@@ -35,7 +35,21 @@ json surface_json(const MeshOutcome& o) {
             {"sheet_triangles", o.orientation.sheet_triangles},
             {"bodies", o.orientation.bodies},
             {"cavities", o.orientation.cavities},
-            {"open_pieces", o.orientation.open_pieces}};
+            {"open_pieces", o.orientation.open_pieces},
+            {"open_edges_given", o.weld.open_edges_before},
+            {"merged_vertices", o.weld.merged_vertices},
+            {"cut_triangles", o.weld.cut_triangles}};
+}
+
+json settle_json(const SettleReport& r) {
+    static constexpr const char* kKinds[] = {"interior", "patch", "curve", "corner", "hanging"};
+    json worst = json::array();
+    for (const BackedOffVertex& v : r.backed_off)
+        worst.push_back({{"vertex", v.vertex},
+                         {"bound_to", kKinds[static_cast<int>(v.kind)]},
+                         {"distance", v.distance},
+                         {"at", json::array({v.position.x, v.position.y, v.position.z})}});
+    return {{"deviation_rel", r.deviation_rel}, {"vertices", r.backed_off_count}, {"worst", worst}};
 }
 
 json refine_json(const RefineStats& s) {
@@ -131,6 +145,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"quality_before", to_json(o.before)},
             {"quality_after", to_json(o.after)},
             {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},
+            {"backed_off", settle_json(o.settle)},
             {"deviation", report::deviation_json(o.deviation)},
             {"stages", report::stages_json(result.times)},
             {"notes", o.notes}};

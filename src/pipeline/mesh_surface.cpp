@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 namespace hexopt {
 
@@ -61,14 +62,25 @@ Status check_farfield(const TriangleSoup& surface, const Box& box) {
     return Done{};
 }
 
+double compute_diagonal(const TriangleSoup& surface) {
+    Box box;
+    for (const Point& p : surface.vertices) box.add(p);
+    return surface.vertices.empty() ? 0 : glm::distance(box.low, box.high);
+}
+
 Result<Domain> make_domain(const TriangleSoup& surface, const MeshOptions& options, MeshOutcome& outcome,
                            StageClock& clock, Context& context) {
     if (options.farfield)
         if (Status ok = check_farfield(surface, *options.farfield); !ok) return ok.error();
     begin(context, "surface", 0, kSurfaceEnd);
+    auto welded = clock.run(
+        "weld", [&] { return weld_surface(surface, options.weld_rel * compute_diagonal(surface), context); });
+    if (!welded) return welded.error();
+    outcome.weld = welded->report;
     auto oriented = clock.run("orient", [&] {
-        return options.farfield ? orient_surface(add_farfield(surface, *options.farfield), context)
-                                : orient_surface(surface, context);
+        return options.farfield
+                   ? orient_surface(add_farfield(std::move(welded->soup), *options.farfield), context)
+                   : orient_surface(welded->soup, context);
     });
     if (!oriented) return oriented.error();
     outcome.orientation = oriented->report;
@@ -185,6 +197,9 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
     if (outcome.open_edges + outcome.nonmanifold_edges > 0)
         notes.push_back(fmt::format("The surface has {} open and {} non-manifold edges.", outcome.open_edges,
                                     outcome.nonmanifold_edges));
+    if (const WeldReport& weld = outcome.weld; weld.open_edges_after < weld.open_edges_before)
+        notes.push_back(fmt::format("{} of {} open edges were closed.",
+                                    weld.open_edges_before - weld.open_edges_after, weld.open_edges_before));
     if (outcome.orientation.flipped_triangles > 0)
         notes.push_back(fmt::format("{} triangles were turned over.", outcome.orientation.flipped_triangles));
     if (outcome.orientation.sheet_triangles > 0)
@@ -210,6 +225,14 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
             fmt::format("{} buffer layers could not be inserted, and {} places were left without one.", whole,
                         std::ssize(skipped) - whole));
     }
+    if (const SettleReport& settle = outcome.settle; settle.backed_off_count > 0) {
+        const BackedOffVertex& worst = settle.backed_off.front();
+        notes.push_back(fmt::format("{} boundary vertices had to leave the surface or its features for valid "
+                                    "cells, at most by {:.3g} "
+                                    "near ({:.6g}, {:.6g}, {:.6g}).",
+                                    settle.backed_off_count, worst.distance, worst.position.x,
+                                    worst.position.y, worst.position.z));
+    }
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 
@@ -225,8 +248,9 @@ Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions
     outcome.start = mesh.positions;
 
     begin(context, "optimize", kBufferEnd, kOptimizeEnd);
-    auto stats = clock.run(
-        "optimize", [&] { return optimize(mesh, topology, &domain.model, options.optimize, context); });
+    auto stats = clock.run("optimize", [&] {
+        return settle_mesh(mesh, topology, domain.model, options.optimize, outcome.settle, context);
+    });
     const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
     if (!stats && !cancelled) return stats.error();
     if (stats) outcome.stats = std::move(*stats);
@@ -254,6 +278,8 @@ Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions
 
 Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions& options, StageClock& clock,
                                  Context& context, LeakPath* leak) {
+    if (!(options.weld_rel >= 0 && options.weld_rel <= 0.01))
+        return make_error(ErrorCode::usage, "weld", "", "the gaps to close must lie in 0..0.01");
     if (options.fit_repairs < 0 || options.fit_repairs > 5)
         return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
     MeshOutcome outcome;

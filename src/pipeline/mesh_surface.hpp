@@ -4,8 +4,10 @@
 #include "core/result.hpp"
 #include "domain/deviation.hpp"
 #include "domain/orient_surface.hpp"
+#include "domain/weld_surface.hpp"
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/mesh_options.hpp"
+#include "pipeline/settle_mesh.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
 
@@ -21,6 +23,7 @@ struct MeshOutcome {
     ErrorCode verdict = ErrorCode::ok;
     HexMesh mesh; ///< with levels, hanging constraints and the input's patches
 
+    WeldReport weld;
     OrientationReport orientation;
     std::size_t patches = 0, curves = 0, corners = 0; ///< of the domain
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
@@ -32,6 +35,7 @@ struct MeshOutcome {
     std::optional<BufferReport> buffer;
     QualityReport before, after;        ///< before and after the optimizer
     std::optional<OptimizeStats> stats; ///< none where cancelled
+    SettleReport settle;
     Deviation deviation;
     std::vector<Point> start;       ///< positions before the optimizer
     std::vector<std::string> notes; ///< what the user should know, one sentence each
