@@ -7,7 +7,7 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kMaxNarrowings = 2;
+constexpr int kMaxNarrowings = 4;
 constexpr float kNarrower = 0.8f;
 
 struct Worst {
@@ -142,9 +142,15 @@ class MaxMin {
             const std::vector<Index> violators = find_violators(problem);
             if (!violators.empty())
                 movement_.guard->tighten(positions_, violators, kNarrower, *movement_.limits);
-            if (accept(problem, motion ? &*motion : nullptr, before, !violators.empty())) return true;
-            if (violators.empty()) break;
+            const bool is_last = narrowing + 1 == kMaxNarrowings;
+            if (!violators.empty() && !is_last) continue;
+            return accept(problem, motion ? &*motion : nullptr, before, !violators.empty()) ||
+                   give_up(problem, opened);
         }
+        return give_up(problem, opened);
+    }
+
+    bool give_up(const Problem& problem, const std::vector<Index>& opened) {
         for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
         problem.apply_hanging(positions_);
         for (Index v : opened) movement_.limits->band[v] = 0;
@@ -189,7 +195,9 @@ class MaxMin {
 
     void minimise_penalty(Newton& newton, double theta, double shape_weight, MaxMinResult& result) {
         NewtonOptions options;
-        options.max_steps = 15;
+        // What a step costs with its conjugate gradients, so that the last attempt keeps to the budget too.
+        const double step_work = 2.5 * static_cast<double>(newton.problem().cell_count());
+        options.max_steps = std::clamp(static_cast<int>(work_left_ / step_work), 2, 15);
         options.cg_tolerance = 1e-4;
         options.min_relative_decrease = 1e-6; // the shape energy of a large neighbourhood dwarfs the penalty
         const NewtonResult step =

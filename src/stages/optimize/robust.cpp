@@ -33,7 +33,7 @@ constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Work of max-min (see max_min::kWorkPerCell) a start, and up to how many cells there is more than one
 /// start.
-constexpr double kSlidingWorkAtLeast = 3e6;
+constexpr double kSlidingWorkAtLeast = 6e6; ///< all starts together
 constexpr std::size_t kSeveralStartsUpTo = 20000;
 
 class RobustRun {
@@ -100,8 +100,9 @@ class RobustRun {
         if (!options_.max_min) return;
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
+        const bool several = mesh_.cell_count() <= kSeveralStartsUpTo;
         const double at_least = quick               ? kQuickWorkAtLeast
-                                : movement_.surface ? kSlidingWorkAtLeast
+                                : movement_.surface ? kSlidingWorkAtLeast / (several ? 2 : 1)
                                                     : max_min::kWorkAtLeast;
         const double work = at_least + per_cell * static_cast<double>(mesh_.cell_count());
         const MaxMinResult result =
