@@ -236,7 +236,7 @@ std::vector<HalfSpace> half_spaces_of(const SampleProblem& sample, Index dof, do
         std::vector<double> j;
         const auto edge = [&](int e) {
             const auto& ends = hex::kEdgeVertex[e];
-            return moved[problem.cells()[cell][ends[1]]] - moved[problem.cells()[cell][ends[0]]];
+            return moved[problem.cell(cell)[ends[1]]] - moved[problem.cell(cell)[ends[0]]];
         };
         for (const auto& tet : hex::kTetEdge)
             j.push_back(glm::dot(edge(tet[0]), glm::cross(edge(tet[1]), edge(tet[2]))));
@@ -249,8 +249,8 @@ std::vector<HalfSpace> half_spaces_of(const SampleProblem& sample, Index dof, do
         if (std::find(dofs.begin(), dofs.end(), dof) == dofs.end()) continue;
         double mean = 0;
         for (const auto& ends : hex::kEdgeVertex)
-            mean += glm::distance(sample.mesh.positions[problem.cells()[c][ends[0]]],
-                                  sample.mesh.positions[problem.cells()[c][ends[1]]]) /
+            mean += glm::distance(sample.mesh.positions[problem.cell(c)[ends[0]]],
+                                  sample.mesh.positions[problem.cell(c)[ends[1]]]) /
                     12;
         shortest = std::min(shortest, mean);
         const auto at = jacobians(Point(0), c), x = jacobians(Point(1, 0, 0), c),

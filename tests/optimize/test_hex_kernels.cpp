@@ -14,7 +14,7 @@ namespace {
 struct RandomGroup {
     std::vector<Point> positions;
     std::vector<Cell> cells;
-    std::vector<float> inverse_length;
+    std::vector<float> inverse_length, inverse_stretch;
     std::vector<float> weight;
     std::vector<std::uint32_t> mask;
 
@@ -30,7 +30,8 @@ struct RandomGroup {
                                     Point(shift(random), shift(random), shift(random)));
             }
             cells.push_back(cell);
-            for (int d = 0; d < 3; ++d) inverse_length.push_back(static_cast<float>(half(random)));
+            for (int d = 0; d < 3; ++d) inverse_stretch.push_back(static_cast<float>(half(random)));
+            inverse_length.push_back(1);
             weight.push_back(static_cast<float>(half(random)));
             mask.push_back(c % 3 == 1 ? static_cast<std::uint32_t>(random()) : ~0u);
         }
@@ -46,7 +47,9 @@ struct RandomGroup {
                 eps,
                 0.7,
                 penalty,
-                0.6};
+                0.6,
+                nullptr,
+                inverse_stretch.data()};
     }
 };
 
@@ -55,7 +58,7 @@ double reference_energy(const RandomGroup& r, const HexGroup& g, int c) {
     const auto edge = [&](int e) {
         const Cell& cell = r.cells[c];
         return (r.positions[cell[hex::kEdgeVertex[e][1]]] - r.positions[cell[hex::kEdgeVertex[e][0]]]) *
-               static_cast<double>(r.inverse_length[3 * c + e / 4]);
+               static_cast<double>(r.inverse_stretch[3 * c + e / 4]);
     };
     double sum = 0, penalty = 0;
     for (int t = 0; t < 32; ++t) {
@@ -75,7 +78,7 @@ double reference_energy(const RandomGroup& r, const HexGroup& g, int c) {
 
 TEST_CASE("a cube of the target size has energy 1 a tetrahedron") {
     RandomGroup r(1, 0, 1);
-    r.inverse_length = {1, 1, 1};
+    r.inverse_stretch = {1, 1, 1};
     r.weight = {1};
     HexGroup g = r.group(1e-9);
     g.shape_weight = 1;

@@ -138,3 +138,62 @@ TEST_CASE("a cancelled run says so and is never worse") {
     CHECK(compute_validity(mesh, Parallel(1)).concave_cells <=
           compute_validity(before, Parallel(1)).concave_cells);
 }
+
+TEST_CASE("target lengths decide the proportions of the cells") {
+    // Two layers of four cells in a unit cube, 0.5 wide: the lower cells are to be 0.125 high, the upper ones
+    // 0.5.
+    const double thin = GENERATE(1.0, 0.25);
+    HexMesh mesh = make_grid(2);
+    const Topology topology = compute_topology(mesh);
+    Context context(1);
+    const auto surface = build_boundary_model(mesh, topology, {}, context);
+    REQUIRE(surface);
+    mesh.positions[13] += Point(0.05, 0.02, 0.03); // the middle vertex
+    OptimizeOptions options;
+    options.boundary = BoundaryMode::slide;
+    options.max_min = false;
+    std::vector<std::array<double, 3>> lengths(mesh.cell_count(), {1, 1, 1});
+    for (std::size_t c = 0; c < 4; ++c) lengths[c][2] = thin; // the lower layer
+    if (thin != 1) options.target_lengths = lengths;
+    REQUIRE(optimize(mesh, topology, &*surface, options, context));
+    const double height = mesh.positions[13].z;
+    if (thin == 1)
+        CHECK(height == Approx(0.5).margin(1e-3));
+    else
+        CHECK((height > 0.1 && height < 0.4));
+}
+
+TEST_CASE("target lengths of another number of cells are refused") {
+    HexMesh mesh = make_grid(2);
+    OptimizeOptions options;
+    options.boundary = BoundaryMode::fixed;
+    std::vector<std::array<double, 3>> lengths(mesh.cell_count() - GENERATE(0, 1), {1, 1, 1});
+    if (lengths.size() == mesh.cell_count()) lengths[3][1] = GENERATE(0.0, -1.0, 1e9);
+    options.target_lengths = lengths;
+    Context context(1);
+    const auto stats = optimize(mesh, compute_topology(mesh), nullptr, options, context);
+    REQUIRE_FALSE(stats);
+    CHECK(stats.error().code == ErrorCode::usage);
+}
+
+TEST_CASE("quick effort mends the places that need it and leaves the rest alone") {
+    HexMesh mesh = make_grid(16);
+    const HexMesh before = mesh;
+    const auto id = [](Index i, Index j, Index k) { return i + 17 * (j + 17 * k); };
+    mesh.positions[id(2, 2, 2)] += Point(0.15, 0.1, -0.05);
+    const Topology topology = compute_topology(mesh);
+    Context context(1);
+    const auto surface = build_boundary_model(mesh, topology, {}, context);
+    REQUIRE(surface);
+    OptimizeOptions options;
+    options.effort = Effort::quick;
+    const auto stats = optimize(mesh, topology, &*surface, options, context);
+    REQUIRE(stats);
+    CHECK(stats->bad32_before > 0);
+    CHECK(stats->bad32_after == 0);
+    CHECK(stats->min_sj_after > 0.95);
+    for (Index k = 10; k < 17; ++k)
+        for (Index j = 10; j < 17; ++j)
+            for (Index i = 10; i < 17; ++i)
+                CHECK(mesh.positions[id(i, j, k)] == before.positions[id(i, j, k)]);
+}

@@ -57,8 +57,8 @@ BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
         if (problem.cell_has_hanging(c)) continue;
         for (int i = 0; i < 8; ++i)
             for (int j = i; j < 8; ++j) {
-                const Index a = problem.vertex_dof(problem.cells()[c][i]),
-                            b = problem.vertex_dof(problem.cells()[c][j]);
+                const Index a = problem.vertex_dof(problem.cell(c)[i]),
+                            b = problem.vertex_dof(problem.cell(c)[j]);
                 if (a == kNoIndex || b == kNoIndex) continue;
                 const Index row = std::min(a, b);
                 const std::size_t slot = find(row, std::max(a, b)) - offset_[row];
@@ -78,7 +78,7 @@ std::size_t BlockMatrix::find(Index row, Index column) const {
 
 void BlockMatrix::add_cell(std::size_t cell, const float* block, std::size_t stride) {
     if (problem_->cell_has_hanging(cell)) return add_hanging_cell(cell, block, stride);
-    const Cell& vertices = problem_->cells()[cell];
+    const Cell& vertices = problem_->cell(cell);
     Index dof[8];
     for (int k = 0; k < 8; ++k) dof[k] = problem_->vertex_dof(vertices[k]);
     const std::uint8_t* slot = &slot_[36 * cell];
@@ -107,7 +107,7 @@ void BlockMatrix::add_block(Index row, Index column, const float* block, std::si
 
 /// P^T H P: every corner's part goes to all masters of the corner.
 void BlockMatrix::add_hanging_cell(std::size_t cell, const float* block, std::size_t stride) {
-    const Cell& vertices = problem_->cells()[cell];
+    const Cell& vertices = problem_->cell(cell);
     for (int i = 0; i < 8; ++i)
         for (int j = i; j < 8; ++j) {
             const float* from = block + 9 * static_cast<std::size_t>(hessian_block(i, j)) * stride;

@@ -3,7 +3,7 @@
 #include "mesh/hex_reference.hpp"
 #include "stages/optimize/hex_kernels.hpp"
 
-#include <array>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 namespace hexopt {
@@ -14,7 +14,7 @@ constexpr std::size_t kChunk = 4096;
 static_assert(kChunk % kGroup == 0);
 
 struct GroupConstants {
-    std::array<float, 3 * kGroup> inverse_length;
+    std::array<float, kGroup> inverse_length;
     std::array<float, kGroup> weight;
     std::array<std::uint32_t, kGroup> mask;
     GroupConstants() {
@@ -48,10 +48,14 @@ std::vector<Index> find_cells(const HexMesh& mesh, const Parallel& parallel, con
     return cells;
 }
 
-double mean_edge(const Cell& cell, std::span<const Point> positions) {
+/// Over the stretch, if there is one.
+double mean_edge(const Cell& cell, std::span<const Point> positions, const float* inverse_stretch) {
     double sum = 0;
-    for (const auto& edge : hex::kEdgeVertex)
-        sum += glm::distance(positions[cell[edge[0]]], positions[cell[edge[1]]]);
+    for (std::size_t e = 0; e < 12; ++e) {
+        const auto& edge = hex::kEdgeVertex[e];
+        sum += glm::distance(positions[cell[edge[0]]], positions[cell[edge[1]]]) *
+               (inverse_stretch ? inverse_stretch[e / 4] : 1);
+    }
     return sum / 12;
 }
 
@@ -68,21 +72,61 @@ std::vector<Index> find_bad_cells(const HexMesh& mesh, std::span<const Point> po
                       });
 }
 
-std::vector<Index> find_poor_cells(const HexMesh& mesh, std::span<const Point> positions, double energy,
+namespace {
+
+/// Energies of the cells first.. of a group, each against its own mean edge and stretch.
+int measure_energy(GroupConstants& constants, const HexMesh& mesh, std::span<const Point> positions,
+                   std::span<const float> inverse_stretch, std::size_t first, HexValue& value) {
+    HexGroup group = constants.group(mesh, positions, first);
+    if (!inverse_stretch.empty()) group.inverse_stretch = &inverse_stretch[3 * first];
+    for (int i = 0; i < group.count; ++i) {
+        const double length = mean_edge(group.cells[i], positions,
+                                        group.inverse_stretch ? group.inverse_stretch + 3 * i : nullptr);
+        constants.inverse_length[static_cast<std::size_t>(i)] =
+            length > 0 ? static_cast<float>(1 / length) : 1.0f;
+    }
+    hex_kernels().value(group, value);
+    return group.count;
+}
+
+} // namespace
+
+std::vector<Index> find_poor_cells(const HexMesh& mesh, std::span<const Point> positions,
+                                   std::span<const float> inverse_stretch, double energy,
                                    const Parallel& parallel) {
     return find_cells(mesh, parallel, [&](GroupConstants& constants, std::size_t first, std::uint8_t* found) {
-        const HexGroup group = constants.group(mesh, positions, first);
-        for (int i = 0; i < group.count; ++i) {
-            const double length = mean_edge(group.cells[i], positions);
-            for (int d = 0; d < 3; ++d)
-                constants.inverse_length[static_cast<std::size_t>(3 * i + d)] =
-                    length > 0 ? static_cast<float>(1 / length) : 1.0f;
-        }
         HexValue value;
-        hex_kernels().value(group, value);
-        for (int i = 0; i < group.count; ++i)
+        const int count = measure_energy(constants, mesh, positions, inverse_stretch, first, value);
+        for (int i = 0; i < count; ++i)
             found[i] = !(value.min_jacobian[i] > 0) || !(value.energy[i] <= 32 * energy);
     });
+}
+
+double sum_of_energy(const HexMesh& mesh, std::span<const Point> positions,
+                     std::span<const float> inverse_stretch, const Parallel& parallel) {
+    return parallel.reduce(
+        mesh.cell_count(), kChunk, 0.0,
+        [&](std::size_t begin, std::size_t end) {
+            GroupConstants constants;
+            HexValue value;
+            double sum = 0;
+            for (std::size_t c = begin; c < end; c += kGroup) {
+                const int count = measure_energy(constants, mesh, positions, inverse_stretch, c, value);
+                for (int i = 0; i < count; ++i) sum += value.energy[i] / 32;
+            }
+            return sum;
+        },
+        std::plus<>());
+}
+
+std::vector<float> inverse_stretches(std::span<const std::array<double, 3>> lengths) {
+    std::vector<float> inverse;
+    inverse.reserve(3 * lengths.size());
+    for (const auto& l : lengths) {
+        const double mean = std::cbrt(l[0]) * std::cbrt(l[1]) * std::cbrt(l[2]);
+        for (double length : l) inverse.push_back(static_cast<float>(mean / length));
+    }
+    return inverse;
 }
 
 } // namespace hexopt

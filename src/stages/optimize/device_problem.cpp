@@ -60,7 +60,7 @@ void collect_balls(const Problem& problem, DofBalls& balls) {
         for (Index dof : cell_dof[c]) {
             const std::size_t entry = next[dof]++;
             balls.item[2 * entry] = static_cast<std::uint32_t>(c);
-            balls.item[2 * entry + 1] = table.row(pattern_of(problem, problem.cells()[c], dof));
+            balls.item[2 * entry + 1] = table.row(pattern_of(problem, problem.cell(c), dof));
         }
     balls.pattern = table.take();
 }
@@ -93,7 +93,7 @@ void collect_neighbours(const Problem& problem, DofBalls& balls) {
         const Index vertex = problem.dof_vertex()[d];
         list.clear();
         for (std::uint32_t i = balls.offset[d]; i < balls.offset[d + 1]; ++i) {
-            const Cell& cell = problem.cells()[balls.item[2 * i]];
+            const Cell& cell = problem.cell(balls.item[2 * i]);
             for (const auto& edge : hex::kEdgeVertex) {
                 if (cell[edge[0]] == vertex) list.push_back(cell[edge[1]]);
                 if (cell[edge[1]] == vertex) list.push_back(cell[edge[0]]);
@@ -108,9 +108,11 @@ void collect_neighbours(const Problem& problem, DofBalls& balls) {
 
 double mean_edge(const Problem& problem, std::span<const Point> positions) {
     double sum = 0;
-    for (const Cell& cell : problem.cells())
+    for (Index i = 0; i < problem.cell_count(); ++i) {
+        const Cell& cell = problem.cell(i);
         for (const auto& edge : hex::kEdgeVertex)
             sum += glm::distance(positions[cell[edge[0]]], positions[cell[edge[1]]]);
+    }
     return sum / (12.0 * static_cast<double>(problem.cell_count()));
 }
 
@@ -254,10 +256,12 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     std::vector<double> root = weight;
     for (double& w : root) w = std::sqrt(w);
     const std::vector<double> ones(balls.neighbour.size(), 1.0);
+    std::vector<Cell> cells(of.cell_count());
+    for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = of.cell(i);
 
     Uploader up(device);
     up.empty(device.points, positions.size() * device.point_bytes(), "positions");
-    up.indices<Cell>(device.cells, of.cells(), "cells");
+    up.indices<Cell>(device.cells, cells, "cells");
     up.reals(device.cell_weight, weight, "cell weights");
     up.reals(device.edge_weight, root, "edge weights");
     up.indices<std::uint32_t>(device.tet_mask, of.tet_mask(), "tetrahedra that count");

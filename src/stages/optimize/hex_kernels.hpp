@@ -12,15 +12,18 @@ inline constexpr int kGroup = 16;
 ///   (theta - SJ)+^2
 struct HexGroup {
     const Point* positions;        ///< of the whole mesh
-    const Cell* cells;             ///< the group's cells, `count` of them
-    const float* inverse_length;   ///< 3 a cell: 1 / target edge length along xi, eta, zeta (1 / model unit)
-    const float* weight;           ///< one a cell
-    const std::uint32_t* tet_mask; ///< one a cell: bit t set where tetrahedron t (hex::kTetEdge) counts
+    const Cell* cells;             ///< see cell_id
+    const float* inverse_length;   ///< one a cell of the group: 1 / target edge length (1 / model unit)
+    const float* weight;           ///< one a cell of the group
+    const std::uint32_t* tet_mask; ///< one a cell of the group: bit t: tetrahedron t (hex::kTetEdge) counts
     int count;                     ///< 1..kGroup
     double eps;                    ///< regularisation of J, > 0
     double shape_weight = 1;
-    double penalty_weight = 0; ///< 0: no penalty on the scaled Jacobian
-    double theta = 0;          ///< scaled Jacobian below which a corner is penalised
+    double penalty_weight = 0;      ///< 0: no penalty on the scaled Jacobian
+    double theta = 0;               ///< scaled Jacobian below which a corner is penalised
+    const Index* cell_id = nullptr; ///< places of the group's cells in `cells`; null: the first `count`
+    /// 3 a place in `cells`: inverse target lengths along xi, eta, zeta relative to the cell's; null: 1.
+    const float* inverse_stretch = nullptr;
 };
 
 struct HexValue {

@@ -21,13 +21,16 @@ inline void load(const HexGroup& group, int first, LaneCells& out) {
     out.all_tets = true;
     for (int lane = 0; lane < kLanes; ++lane) {
         const int c = first + lane < group.count ? first + lane : group.count - 1;
-        const Cell& cell = group.cells[c];
+        const std::size_t place = group.cell_id ? group.cell_id[c] : static_cast<std::size_t>(c);
+        const Cell& cell = group.cells[place];
         const Point origin = group.positions[cell[0]];
         for (int v = 0; v < 8; ++v) {
             const Point p = group.positions[cell[v]] - origin;
             for (int axis = 0; axis < 3; ++axis) local[3 * v + axis][lane] = static_cast<lane_real>(p[axis]);
         }
-        for (int d = 0; d < 3; ++d) length[d][lane] = static_cast<lane_real>(group.inverse_length[3 * c + d]);
+        for (std::size_t d = 0; d < 3; ++d)
+            length[d][lane] = static_cast<lane_real>(
+                group.inverse_length[c] * (group.inverse_stretch ? group.inverse_stretch[3 * place + d] : 1));
         weight[lane] = static_cast<lane_real>(group.weight[c]);
         out.mask[lane] = group.tet_mask[c];
         out.all_tets = out.all_tets && out.mask[lane] == ~0u;

@@ -80,7 +80,8 @@ class MaxMin {
   public:
     MaxMin(Movement& movement, std::vector<Point>& positions, double eps, double work, Budget& budget)
         : movement_(movement), positions_(positions), eps_(eps), work_left_(work), budget_(budget) {
-        Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets);
+        Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets,
+                      movement.inverse_stretch);
         whole.update_lengths(positions, budget.parallel());
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
         measure_ = measure_cells(whole, positions, budget.parallel());
@@ -126,7 +127,8 @@ class MaxMin {
         const std::vector<Index> opened = open_bands(movement_, seeds);
         const auto moving = movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable,
                                                   seeds, max_min::kRings);
-        Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets);
+        Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets,
+                        movement_.inverse_stretch);
         problem.update_lengths(positions_, budget_.parallel());
         attempt_cells_ = problem.cell_count();
         saved_.assign(problem.dof_count(), Point(0));

@@ -38,6 +38,7 @@ struct Movement {
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
     const DeviationGuard* guard = nullptr;  ///< with surface
     std::uint32_t tets = kAllTets;          ///< which tetrahedra count
+    std::span<const float> inverse_stretch; ///< see Problem
     double band = 0; ///< how far needy boundary vertices may leave the surface, model units
 };
 

@@ -14,15 +14,17 @@ constexpr double kArmijo = 1e-4;
 HexGroup group_of(const Problem& problem, const Objective& objective, std::span<const Point> positions,
                   std::size_t begin, std::size_t end) {
     return {positions.data(),
-            &problem.cells()[begin],
-            &problem.inverse_length()[3 * begin],
+            problem.mesh().cells.data(),
+            &problem.inverse_length()[begin],
             &problem.weight()[begin],
             &problem.tet_mask()[begin],
             static_cast<int>(end - begin),
             objective.eps,
             objective.shape_weight,
             objective.penalty_weight,
-            objective.theta};
+            objective.theta,
+            &problem.cell_id()[begin],
+            problem.inverse_stretch()};
 }
 
 } // namespace
@@ -137,7 +139,7 @@ ObjectiveValue Newton::compute_gradient(const Objective& objective) {
                 for (int k = 0; k < 8; ++k) {
                     const Point slope(cell.gradient[3 * k][i], cell.gradient[3 * k + 1][i],
                                       cell.gradient[3 * k + 2][i]);
-                    for (DofShare share : problem_.shares(g.cells[i][k]))
+                    for (DofShare share : problem_.shares(problem_.cell(c + static_cast<std::size_t>(i))[k]))
                         gradient_[share.dof] += static_cast<double>(share.weight) * slope;
                 }
         }

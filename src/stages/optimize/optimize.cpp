@@ -9,6 +9,7 @@
 #include "stages/optimize/robust.hpp"
 #include "stages/optimize/thesis.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -17,10 +18,14 @@ namespace hexopt {
 
 namespace {
 
+/// Minima of the scaled Jacobian closer than this are decided by the proportions of the cells, if asked for.
+constexpr double kSameSj = 1e-3;
+
 /// What "never worse" compares, over all cells of the mesh.
 struct MeshMeasure {
     std::size_t bad8 = 0, bad32 = 0;
     double min_sj = std::numeric_limits<double>::infinity(), sum_sj = 0;
+    double energy = 0; ///< against target lengths; 0 without
 
     bool is_not_worse_than(const MeshMeasure& o) const {
         return bad8 <= o.bad8 && bad32 <= o.bad32 && min_sj >= o.min_sj;
@@ -28,6 +33,7 @@ struct MeshMeasure {
     bool is_better_than(const MeshMeasure& o) const {
         if (bad32 != o.bad32) return bad32 < o.bad32;
         if (bad8 != o.bad8) return bad8 < o.bad8;
+        if (energy != o.energy && std::abs(min_sj - o.min_sj) < kSameSj) return energy < o.energy;
         return min_sj != o.min_sj ? min_sj > o.min_sj : sum_sj > o.sum_sj;
     }
 };
@@ -41,7 +47,7 @@ MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, 
     return parallel.reduce(
         mesh.cell_count(), kChunk, MeshMeasure{},
         [&](std::size_t begin, std::size_t end) {
-            const std::vector<float> ones(3 * kGroup, 1.0f);
+            const std::vector<float> ones(kGroup, 1.0f);
             const std::vector<std::uint32_t> all(kGroup, ~0u);
             MeshMeasure sum;
             HexMeasure lanes;
@@ -93,6 +99,7 @@ Status check_combination(const OptimizeOptions& o) {
         if (o.max_deviation_rel > 0)
             return usage("a deviation from the surface needs a sliding boundary and the robust method");
         if (o.effort == Effort::quick) return usage("the thesis method knows no quick effort");
+        if (!o.target_lengths.empty()) return usage("target lengths belong to the robust method");
         return Done{};
     }
     if (o.energy == Energy::structural || o.energy == Energy::hyperelastic)
@@ -121,6 +128,16 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
     if (!(o.time_limit_s > 0)) return usage("the time limit must be positive");
     if (o.max_iterations < 1) return usage("the number of iterations must be at least 1");
     if (const Status status = check_combination(o); !status) return status.error();
+    if (!o.target_lengths.empty() && o.target_lengths.size() != mesh.cell_count())
+        return usage("target lengths are given for " + std::to_string(o.target_lengths.size()) +
+                     " cells, not " + std::to_string(mesh.cell_count()));
+    for (std::size_t c = 0; c < o.target_lengths.size(); ++c) {
+        const auto [least, largest] =
+            std::minmax_element(o.target_lengths[c].begin(), o.target_lengths[c].end());
+        if (!(*least > 0 && *largest <= 1e6 * *least))
+            return usage("cell " + std::to_string(c) +
+                         ": target lengths must be positive and within 1e6 of each other");
+    }
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
         if (const Point& p = mesh.positions[v]; !std::isfinite(p.x + p.y + p.z))
             return make_error(ErrorCode::bad_input, "optimize", "vertex " + std::to_string(v),
@@ -134,6 +151,9 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
                                const OptimizeOptions& options, Context& context, const DeviceTarget* device) {
     if (device && options.method == OptimizeMethod::thesis)
         return make_error(ErrorCode::usage, "optimize", "", "a device computes the robust method only");
+    if (device && !options.target_lengths.empty())
+        return make_error(ErrorCode::usage, "optimize", "",
+                          "a device knows no target lengths; take the host");
     if (const Status status = check(mesh, topology, surface, options); !status) return status.error();
     Budget budget(options, context);
     OptimizeStats stats;
@@ -149,10 +169,16 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
                         input.bad32));
 
     std::vector<Point> positions = mesh.positions;
+    const std::vector<float> inverse_stretch = inverse_stretches(options.target_lengths);
+    const auto energy_at = [&](std::span<const Point> at) {
+        return inverse_stretch.empty() ? 0 : sum_of_energy(mesh, at, inverse_stretch, context.parallel());
+    };
     MeshMeasure best = input;
+    best.energy = energy_at(mesh.positions);
     bool improved = false;
     const auto keep_if_better = [&] {
-        const MeshMeasure now = measure_mesh(mesh, positions, context.parallel());
+        MeshMeasure now = measure_mesh(mesh, positions, context.parallel());
+        now.energy = energy_at(positions);
         if (!now.is_not_worse_than(input) || !now.is_better_than(best)) return;
         best = now;
         mesh.positions = positions;

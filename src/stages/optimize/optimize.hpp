@@ -6,8 +6,10 @@
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
 
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,6 +60,9 @@ struct OptimizeOptions {
     /// put them there. They may go anywhere on them; how far quads are from the surface, which then is a
     /// matter of cell sizes, is not guarded, and max_deviation_rel is what vertices may leave it by.
     bool fresh_boundary = false;
+    /// Per cell of the mesh, along xi, eta and zeta; only their ratios count: the ideal cell is a box of
+    /// these proportions. Empty: cubes. Robust method on the host only; must outlive the run.
+    std::span<const std::array<double, 3>> target_lengths;
     bool max_min = true; ///< final stage that raises the worst cells; robust method only
     double min_sj = 1;   ///< stop once the minimum scaled Jacobian reaches this; -1..1
     double time_limit_s = std::numeric_limits<double>::infinity();

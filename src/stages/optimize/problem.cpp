@@ -27,8 +27,8 @@ constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
 } // namespace
 
 Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
-                 std::uint32_t tets)
-    : mesh_(&mesh) {
+                 std::uint32_t tets, std::span<const float> inverse_stretch)
+    : mesh_(&mesh), inverse_stretch_(inverse_stretch) {
     number_dofs(topology, movable);
     make_shares(topology);
     collect_cells(topology);
@@ -105,14 +105,12 @@ void Problem::order_cells(std::uint32_t tets) {
     keyed.reserve(cell_id_.size());
     for (Index c : cell_id_) keyed.emplace_back(lowest_dof(c), c);
     std::sort(keyed.begin(), keyed.end());
-    cells_.reserve(keyed.size());
     if (has_hanging()) cell_hanging_.assign(keyed.size(), 0);
     std::vector<Index> dofs;
     for (std::size_t i = 0; i < keyed.size(); ++i) {
         cell_id_[i] = keyed[i].second;
-        cells_.push_back(mesh_->cells[cell_id_[i]]);
         dofs.clear();
-        for (Index v : cells_.back()) {
+        for (Index v : cell(i)) {
             const auto list = shares(v);
             for (DofShare share : list) dofs.push_back(share.dof);
             if (!list.empty() && vertex_dof_[v] == kNoIndex) cell_hanging_[i] = 1;
@@ -123,7 +121,7 @@ void Problem::order_cells(std::uint32_t tets) {
         cell_dof_.offset.push_back(cell_dof_.item.size());
         std::uint32_t free_bits = 0, mask = 0;
         for (int k = 0; k < 8; ++k)
-            if (!shares(cells_.back()[k]).empty()) free_bits |= 1u << k;
+            if (!shares(cell(i)[k]).empty()) free_bits |= 1u << k;
         for (int t = 0; t < 32; ++t)
             if (kTetVertexBits[t] & free_bits) mask |= 1u << t;
         tet_mask_.push_back(mask & tets);
@@ -132,10 +130,10 @@ void Problem::order_cells(std::uint32_t tets) {
 
 void Problem::set_weights() {
     // Across levels a cell counts by V_target^(2/3), or the many fine cells distort the coarse side.
-    weight_.assign(cells_.size(), 1.0f);
-    inverse_length_.assign(3 * cells_.size(), 1.0f);
+    weight_.assign(cell_count(), 1.0f);
+    inverse_length_.assign(cell_count(), 1.0f);
     if (mesh_->hanging.empty() || mesh_->level.empty()) return;
-    for (std::size_t i = 0; i < cells_.size(); ++i)
+    for (std::size_t i = 0; i < cell_count(); ++i)
         weight_[i] = std::ldexp(1.0f, -2 * static_cast<int>(mesh_->level[cell_id_[i]]));
 }
 
@@ -151,28 +149,32 @@ void Problem::apply_hanging(std::span<Point> positions) const {
 
 void Problem::update_lengths(std::span<const Point> positions, const Parallel& parallel) {
     const auto mean_edge = [&](std::size_t i) {
+        const Cell& vertices = cell(i);
         double sum = 0;
-        for (const auto& edge : hex::kEdgeVertex)
-            sum += glm::distance(positions[cells_[i][edge[0]]], positions[cells_[i][edge[1]]]);
+        for (std::size_t e = 0; e < 12; ++e) {
+            const auto& edge = hex::kEdgeVertex[e];
+            const double length = glm::distance(positions[vertices[edge[0]]], positions[vertices[edge[1]]]);
+            sum += inverse_stretch_.empty() ? length
+                                            : length * inverse_stretch_[3 * std::size_t{cell_id_[i]} + e / 4];
+        }
         return sum / 12;
     };
     const double total = parallel.reduce(
-        cells_.size(), 4096, 0.0,
+        cell_count(), 4096, 0.0,
         [&](std::size_t begin, std::size_t end) {
             double sum = 0;
             for (std::size_t i = begin; i < end; ++i) {
                 const double length = mean_edge(i);
-                inverse_length_[3 * i] = static_cast<float>(length);
+                inverse_length_[i] = static_cast<float>(length);
                 sum += length;
             }
             return sum;
         },
         std::plus<>());
     const float floor =
-        static_cast<float>(1e-3 * total / static_cast<double>(std::max<std::size_t>(1, cells_.size())));
-    parallel.for_each(cells_.size(), 4096, [&](std::size_t i) {
-        const float inverse = 1.0f / std::max(inverse_length_[3 * i], floor);
-        for (int d = 0; d < 3; ++d) inverse_length_[3 * i + d] = inverse;
+        static_cast<float>(1e-3 * total / static_cast<double>(std::max<std::size_t>(1, cell_count())));
+    parallel.for_each(cell_count(), 4096, [&](std::size_t i) {
+        inverse_length_[i] = 1.0f / std::max(inverse_length_[i], floor);
     });
 }
 

@@ -32,18 +32,23 @@ struct DofShare {
 class Problem {
   public:
     /// movable[v] != 0: vertex v may move (hanging vertices never count as movable; they follow).
-    /// tets: which tetrahedra count, bits of hex::kTetEdge.
+    /// tets: which tetrahedra count, bits of hex::kTetEdge. inverse_stretch: as HexGroup's, of all cells of
+    /// the mesh, must outlive the problem; empty: cubes.
     Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
-            std::uint32_t tets = kAllTets);
+            std::uint32_t tets = kAllTets, std::span<const float> inverse_stretch = {});
 
     const HexMesh& mesh() const { return *mesh_; }
     std::size_t dof_count() const { return dof_vertex_.size(); }
-    std::size_t cell_count() const { return cells_.size(); }
+    std::size_t cell_count() const { return cell_id_.size(); } ///< cells with a movable corner
 
-    std::span<const Index> dof_vertex() const { return dof_vertex_; }         ///< dof -> vertex
-    std::span<const Cell> cells() const { return cells_; }                    ///< cells with a movable corner
-    std::span<const Index> cell_id() const { return cell_id_; }               ///< their numbers in the mesh
-    std::span<const float> inverse_length() const { return inverse_length_; } ///< 3 a cell
+    std::span<const Index> dof_vertex() const { return dof_vertex_; } ///< dof -> vertex
+    const Cell& cell(std::size_t i) const { return mesh_->cells[cell_id_[i]]; }
+    std::span<const Index> cell_id() const { return cell_id_; } ///< numbers of the cells in the mesh
+    std::span<const float> inverse_length() const { return inverse_length_; } ///< one a cell
+    /// HexGroup::inverse_stretch, null for cubes.
+    const float* inverse_stretch() const {
+        return inverse_stretch_.empty() ? nullptr : inverse_stretch_.data();
+    }
     std::span<const float> weight() const { return weight_; }
     std::span<const std::uint32_t> tet_mask() const { return tet_mask_; }
     const ChunkSchedule& schedule() const { return schedule_; } ///< over cells, by the dofs they depend on
@@ -65,7 +70,8 @@ class Problem {
     void apply_hanging(std::span<Point> positions) const;
 
     /// Measures target sizes from the current positions: the mean edge length of each cell along the three
-    /// directions together (delta = its cube), not below 1e-3 of the mean over the mesh.
+    /// directions together, each edge over its direction's stretch (delta = its cube), not below 1e-3 of the
+    /// mean over the mesh.
     void update_lengths(std::span<const Point> positions, const Parallel& parallel);
 
   private:
@@ -81,10 +87,10 @@ class Problem {
     Csr<DofShare> hanging_share_;      ///< per hanging row of the mesh
     std::vector<Index> hanging_row_;   ///< per vertex, empty in conforming meshes
     std::vector<Index> hanging_rows_;  ///< rows that depend on a dof
-    std::vector<Cell> cells_;
     std::vector<Index> cell_id_;
     std::vector<std::uint8_t> cell_hanging_;
     Csr<Index> cell_dof_;
+    std::span<const float> inverse_stretch_;
     std::vector<float> inverse_length_, weight_;
     std::vector<std::uint32_t> tet_mask_;
     ChunkSchedule schedule_;

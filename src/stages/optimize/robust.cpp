@@ -31,10 +31,17 @@ constexpr int kPoorRings = 3;
 constexpr int kQuickRounds = 4; ///< of the first pass
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
-/// Work of max-min (see max_min::kWorkPerCell) a start, and up to how many cells there is more than one
-/// start.
+/// Work of max-min (see max_min::kWorkPerCell) a start, and up to how many cells there are
+/// several starts.
 constexpr double kSlidingWorkAtLeast = 6e6; ///< all starts together
 constexpr std::size_t kSeveralStartsUpTo = 20000;
+
+/// raised: from the fixed boundary's result; reach: factor on the first limits of how far vertices slide.
+struct Start {
+    bool raised;
+    float reach;
+};
+constexpr Start kStarts[] = {{false, 1}, {true, 2}, {false, 2}};
 
 class RobustRun {
   public:
@@ -43,13 +50,15 @@ class RobustRun {
               const std::function<void()>& keep_if_better, OptimizeStats& stats)
         : mesh_(mesh), topology_(topology),
           surface_(options.boundary == BoundaryMode::slide ? surface : nullptr), options_(options),
-          positions_(positions), budget_(budget), keep_if_better_(keep_if_better), stats_(stats) {}
+          positions_(positions), budget_(budget), keep_if_better_(keep_if_better), stats_(stats),
+          inverse_stretch_(inverse_stretches(options.target_lengths)) {}
 
     void run() {
         Context& context = budget_.context();
         movement_.mesh = &mesh_;
         movement_.topology = &topology_;
         movement_.tets = tets_of(options_.decomposition);
+        movement_.inverse_stretch = inverse_stretch_;
         if (surface_ && options_.effort == Effort::quick) {
             slide_where_needed();
             raise_sliding();
@@ -64,28 +73,32 @@ class RobustRun {
     }
 
   private:
-    /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, and the one
-    /// that max-min reaches with the boundary fixed, which also is a result to beat.
+    /// Where sliding ends depends on where it starts and how far it goes at first: from the smooth state that
+    /// untangling leaves, far and less far, and from the one that max-min reaches with the boundary fixed,
+    /// which also is a result to beat. The best of all is kept.
     void slide_from_several_starts() {
         if (budget_.exhausted()) return;
         const std::vector<Point> smooth = positions_;
         raise_worst();
-        const std::vector<Point> raised = std::exchange(positions_, smooth);
-        budget_.context().report("slide", 0.3);
+        const std::vector<Point> raised = positions_;
         set_up_sliding();
         const SurfaceLimits limits = limits_;
         const std::vector<std::uint8_t> movable = movement_.movable;
-        slide(movement_.movable);
-        keep_if_better_();
-        raise_sliding();
-        if (!options_.max_min || mesh_.cell_count() > kSeveralStartsUpTo || budget_.exhausted()) return;
-        budget_.context().report("second start", 0.7);
-        positions_ = raised;
-        limits_ = limits;
-        movement_.movable = movable;
-        movement_.band = 0;
-        raise_sliding();
+        const std::size_t starts = has_several_starts() ? std::size(kStarts) : 1;
+        for (std::size_t i = 0; i < starts && !budget_.exhausted(); ++i) {
+            budget_.context().report("slide", 0.3 + 0.2 * static_cast<double>(i));
+            limits_ = limits;
+            for (float& reach : limits_.reach) reach *= kStarts[i].reach;
+            movement_.movable = movable;
+            movement_.band = 0;
+            positions_ = kStarts[i].raised ? raised : smooth;
+            if (!kStarts[i].raised) slide(movement_.movable);
+            keep_if_better_();
+            raise_sliding();
+        }
     }
+
+    bool has_several_starts() const { return options_.max_min && mesh_.cell_count() <= kSeveralStartsUpTo; }
 
     /// Max-min on the surface, then in the band.
     void raise_sliding() {
@@ -100,9 +113,8 @@ class RobustRun {
         if (!options_.max_min) return;
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
-        const bool several = mesh_.cell_count() <= kSeveralStartsUpTo;
         const double at_least = quick               ? kQuickWorkAtLeast
-                                : movement_.surface ? kSlidingWorkAtLeast / (several ? 2 : 1)
+                                : movement_.surface ? kSlidingWorkAtLeast / (has_several_starts() ? 3 : 1)
                                                     : max_min::kWorkAtLeast;
         const double work = at_least + per_cell * static_cast<double>(mesh_.cell_count());
         const MaxMinResult result =
@@ -116,7 +128,7 @@ class RobustRun {
         movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = !topology_.on_boundary[v];
-        Problem problem(mesh_, topology_, movement_.movable, movement_.tets);
+        Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch);
         problem.update_lengths(positions_, budget_.parallel());
         Newton newton(problem, positions_, nullptr, budget_);
         const auto count_bad = [&] {
@@ -144,7 +156,8 @@ class RobustRun {
     void slide_where_needed() {
         budget_.context().report("slide", 0.02);
         set_up_sliding();
-        const std::vector<Index> poor = find_poor_cells(mesh_, positions_, kPoorEnergy, budget_.parallel());
+        const std::vector<Index> poor =
+            find_poor_cells(mesh_, positions_, movement_.inverse_stretch, kPoorEnergy, budget_.parallel());
         budget_.context().log(LogLevel::debug, fmt::format("{} poor cells", poor.size()));
         slide(movable_neighbourhood(mesh_, topology_, movement_.movable, poor, kPoorRings));
         keep_if_better_();
@@ -230,7 +243,7 @@ class RobustRun {
     }
 
     void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds) {
-        Problem problem(mesh_, topology_, moving, movement_.tets);
+        Problem problem(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch);
         SurfaceMotion motion(problem, *surface_, limits_);
         Newton newton(problem, positions_, &motion, budget_);
         finish_untangling(newton, max_rounds);
@@ -262,6 +275,7 @@ class RobustRun {
     Budget& budget_;
     const std::function<void()>& keep_if_better_;
     OptimizeStats& stats_;
+    std::vector<float> inverse_stretch_; ///< 3 a cell, empty for cubes
     Movement movement_;
     SurfaceLimits limits_;
     std::optional<DeviationGuard> guard_;

@@ -32,10 +32,16 @@ int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Bu
     std::vector<Point> rhs(problem.dof_count(), Point(0)), step(problem.dof_count());
     const auto fixed = [&](Index dof) { return on_boundary[problem.dof_vertex()[dof]] != 0; };
     for (std::size_t c = 0; c < problem.cell_count(); ++c) {
-        const Cell& cell = problem.cells()[c];
+        const Cell& cell = problem.cell(c);
         // V / length^2 of a cell of size 2^-level is proportional to 2^-level.
-        const float weight = std::sqrt(problem.weight()[c]);
-        for (const auto& edge : hex::kEdgeVertex) {
+        const float cell_weight = std::sqrt(problem.weight()[c]);
+        for (std::size_t e = 0; e < 12; ++e) {
+            const auto& edge = hex::kEdgeVertex[e];
+            const float stretch =
+                problem.inverse_stretch()
+                    ? problem.inverse_stretch()[3 * std::size_t{problem.cell_id()[c]} + e / 4]
+                    : 1;
+            const float weight = cell_weight * stretch * stretch;
             const Index ends[2] = {cell[edge[0]], cell[edge[1]]};
             for (int i = 0; i < 2; ++i)
                 for (DofShare a : problem.shares(ends[i])) {
