@@ -31,17 +31,12 @@ constexpr int kPoorRings = 3;
 constexpr int kQuickRounds = 4; ///< of the first pass
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
-/// Work of max-min (see max_min::kWorkPerCell) a start, and up to how many cells there are
-/// several starts.
-constexpr double kSlidingWorkAtLeast = 6e6; ///< all starts together
-constexpr std::size_t kSeveralStartsUpTo = 20000;
-
-/// raised: from the fixed boundary's result; reach: factor on the first limits of how far vertices slide.
-struct Start {
-    bool raised;
-    float reach;
-};
-constexpr Start kStarts[] = {{false, 1}, {true, 2}, {false, 2}};
+/// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
+/// starts; up to how many cells there are two starts.
+constexpr double kSlidingWorkAtLeast = 6e6;
+constexpr std::size_t kTwoStartsUpTo = 20000;
+/// Factor on the first ranges: what goes too far can still be pulled back on meshes of that size.
+constexpr float kWiderReach = 2;
 
 class RobustRun {
   public:
@@ -67,38 +62,37 @@ class RobustRun {
         context.report("untangle", 0.02);
         untangle_interior();
         keep_if_better_();
-        if (surface_) return slide_from_several_starts();
+        if (surface_) return slide_from_two_starts();
         context.report("max-min", 0.6);
         raise_worst();
     }
 
   private:
-    /// Where sliding ends depends on where it starts and how far it goes at first: from the smooth state that
-    /// untangling leaves, far and less far, and from the one that max-min reaches with the boundary fixed,
-    /// which also is a result to beat. The best of all is kept.
-    void slide_from_several_starts() {
+    /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, and the one
+    /// that max-min reaches with the boundary fixed, which also is a result to beat. The best of all is kept.
+    void slide_from_two_starts() {
         if (budget_.exhausted()) return;
         const std::vector<Point> smooth = positions_;
         raise_worst();
-        const std::vector<Point> raised = positions_;
+        const std::vector<Point> raised = std::exchange(positions_, smooth);
+        budget_.context().report("slide", 0.3);
         set_up_sliding();
+        for (float& reach : limits_.reach) reach *= kWiderReach;
         const SurfaceLimits limits = limits_;
         const std::vector<std::uint8_t> movable = movement_.movable;
-        const std::size_t starts = has_several_starts() ? std::size(kStarts) : 1;
-        for (std::size_t i = 0; i < starts && !budget_.exhausted(); ++i) {
-            budget_.context().report("slide", 0.3 + 0.2 * static_cast<double>(i));
-            limits_ = limits;
-            for (float& reach : limits_.reach) reach *= kStarts[i].reach;
-            movement_.movable = movable;
-            movement_.band = 0;
-            positions_ = kStarts[i].raised ? raised : smooth;
-            if (!kStarts[i].raised) slide(movement_.movable);
-            keep_if_better_();
-            raise_sliding();
-        }
+        slide(movement_.movable);
+        keep_if_better_();
+        raise_sliding();
+        if (!has_two_starts() || budget_.exhausted()) return;
+        budget_.context().report("second start", 0.7);
+        positions_ = raised;
+        limits_ = limits;
+        movement_.movable = movable;
+        movement_.band = 0;
+        raise_sliding();
     }
 
-    bool has_several_starts() const { return options_.max_min && mesh_.cell_count() <= kSeveralStartsUpTo; }
+    bool has_two_starts() const { return options_.max_min && mesh_.cell_count() <= kTwoStartsUpTo; }
 
     /// Max-min on the surface, then in the band.
     void raise_sliding() {
@@ -114,7 +108,7 @@ class RobustRun {
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
         const double at_least = quick               ? kQuickWorkAtLeast
-                                : movement_.surface ? kSlidingWorkAtLeast / (has_several_starts() ? 3 : 1)
+                                : movement_.surface ? kSlidingWorkAtLeast / (has_two_starts() ? 2 : 1)
                                                     : max_min::kWorkAtLeast;
         const double work = at_least + per_cell * static_cast<double>(mesh_.cell_count());
         const MaxMinResult result =
