@@ -35,8 +35,6 @@ constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 /// starts; up to how many cells there are two starts.
 constexpr double kSlidingWorkAtLeast = 6e6;
 constexpr std::size_t kTwoStartsUpTo = 20000;
-/// Factor on the first ranges: what goes too far can still be pulled back on meshes of that size.
-constexpr float kWiderReach = 2;
 
 class RobustRun {
   public:
@@ -77,7 +75,6 @@ class RobustRun {
         const std::vector<Point> raised = std::exchange(positions_, smooth);
         budget_.context().report("slide", 0.3);
         set_up_sliding();
-        for (float& reach : limits_.reach) reach *= kWiderReach;
         const SurfaceLimits limits = limits_;
         const std::vector<std::uint8_t> movable = movement_.movable;
         slide(movement_.movable);
