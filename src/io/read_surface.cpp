@@ -1,5 +1,6 @@
 #include "io/read_surface.hpp"
 
+#include "io/cad_format.hpp"
 #include "io/file_bytes.hpp"
 #include "io/surface_readers.hpp"
 
@@ -95,10 +96,18 @@ bool io_detail::take_id(Scanner& scanner, std::int64_t value, Index& id) {
 }
 
 Result<TriangleSoup> io_detail::read_surface_bytes(const std::string& file, std::string_view bytes,
-                                                   const Context& context) {
+                                                   const Context& context,
+                                                   const TessellationOptions& tessellation) {
+    if (recognise_cad(file, bytes) != CadFormat::none) {
+        Result<CadSurface> cad = read_cad_bytes(file, bytes, tessellation, context);
+        if (!cad) return cad.error();
+        if (Status status = check(file, cad->soup); !status) return status.error();
+        return std::move(cad->soup);
+    }
     const Reader reader = choose_reader(file, bytes);
     if (reader == nullptr)
-        return bad(file, "no surface format that is known", "give STL, OBJ, OFF, PLY or VTP");
+        return bad(file, "no surface format that is known",
+                   "give STL, OBJ, OFF, PLY, VTP, STEP, IGES or BREP");
     Scanner scanner(file, bytes);
     SurfaceBuilder builder(context);
     if (!reader(scanner, builder) || !scanner.ok()) return scanner.error();
@@ -110,10 +119,15 @@ Result<TriangleSoup> io_detail::read_surface_bytes(const std::string& file, std:
 }
 
 Result<TriangleSoup> read_surface(const std::filesystem::path& path, Context& context) {
+    return read_surface(path, TessellationOptions{}, context);
+}
+
+Result<TriangleSoup> read_surface(const std::filesystem::path& path, const TessellationOptions& tessellation,
+                                  Context& context) {
     try {
         const Result<FileBytes> bytes = read_file(path, context);
         if (!bytes) return bytes.error();
-        return read_surface_bytes(path.string(), bytes->view(), context);
+        return read_surface_bytes(path.string(), bytes->view(), context, tessellation);
     } catch (const std::bad_alloc&) {
         return make_error(ErrorCode::out_of_memory, "read", path.string(), "no memory for this surface");
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/context.hpp"
+#include "io/read_cad.hpp"
 #include "io/scanner.hpp"
 #include "mesh/triangle_soup.hpp"
 
@@ -13,7 +14,7 @@ namespace hexopt::io_detail {
 
 /// read_surface() of a file that is in memory already.
 Result<TriangleSoup> read_surface_bytes(const std::string& file, std::string_view bytes,
-                                        const Context& context);
+                                        const Context& context, const TessellationOptions& tessellation = {});
 
 /// What a surface reader collects.
 struct SurfaceBuilder {

@@ -185,3 +185,15 @@ TEST_CASE("the real surfaces have the triangles and vertices of their manifest")
     }
     CHECK(count == 64);
 }
+
+TEST_CASE("a build without OpenCASCADE says so of CAD files") {
+    const Scratch scratch;
+    spill(scratch / "empty.stp", "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n");
+    Context context(1);
+    const auto surface = read_surface(scratch / "empty.stp", context);
+    REQUIRE(!surface);
+    CHECK(surface.error().code == ErrorCode::bad_input);
+    const bool says_so =
+        surface.error().one_line().find("this build has no OpenCASCADE") != std::string::npos;
+    CHECK(says_so != cad_is_supported());
+}

@@ -18,6 +18,10 @@ set(HEXOPT_STATIC_MAP
   "Eigen3::Eigen||"
   "nlohmann_json::nlohmann_json||")
 
+foreach(toolkit IN LISTS HEXOPT_OCCT_TOOLKITS)
+  list(APPEND HEXOPT_STATIC_MAP "${toolkit}||-l${toolkit}")
+endforeach()
+
 get_property(links GLOBAL PROPERTY HEXOPT_STATIC_LINKS)
 set(HEXOPT_STATIC_TARGETS "")
 set(HEXOPT_STATIC_FLAGS "")
