@@ -8,7 +8,9 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kDeviations_rel[] = {1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
+constexpr double kDeviations_rel[] = {3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
+/// Runs with one deviation, each from where the last one ended, while they help.
+constexpr int kRunsAtMost = 4;
 constexpr double kRounding_rel = 1e-9;
 constexpr std::size_t kListed = 20;
 
@@ -51,18 +53,24 @@ Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const
     Result<OptimizeStats> stats = optimize(mesh, topology, &surface, on_surface, context);
     if (!stats) return stats;
     for (double deviation : kDeviations_rel) {
-        const double most = options.max_deviation_rel;
-        if (stats->bad32_after == 0 || report.deviation_rel >= most) break;
+        if (report.deviation_rel >= options.max_deviation_rel) break;
         OptimizeOptions next = on_surface;
-        next.max_deviation_rel = report.deviation_rel = std::min(deviation, most);
-        next.time_limit_s -= std::chrono::duration<double>(Clock::now() - start).count();
-        if (!(next.time_limit_s > 0)) break;
-        context.log(LogLevel::debug, fmt::format("{} bad cells left: they may leave the surface by {:g} of "
-                                                 "the diagonal",
-                                                 stats->bad32_after, next.max_deviation_rel));
-        Result<OptimizeStats> run = optimize(mesh, topology, &surface, next, context);
-        if (!run) return run;
-        add(*stats, std::move(*run));
+        next.max_deviation_rel = std::min(deviation, options.max_deviation_rel);
+        for (int run = 0; run < kRunsAtMost && stats->bad32_after > 0; ++run) {
+            next.time_limit_s =
+                options.time_limit_s - std::chrono::duration<double>(Clock::now() - start).count();
+            if (!(next.time_limit_s > 0)) break;
+            context.log(LogLevel::debug,
+                        fmt::format("{} bad cells left: they may leave the surface by {:g} of "
+                                    "the diagonal",
+                                    stats->bad32_after, next.max_deviation_rel));
+            report.deviation_rel = next.max_deviation_rel;
+            const std::size_t bad = stats->bad32_after;
+            Result<OptimizeStats> again = optimize(mesh, topology, &surface, next, context);
+            if (!again) return again;
+            add(*stats, std::move(*again));
+            if (stats->bad32_after == bad) break;
+        }
     }
     find_backed_off(mesh, surface, report);
     return stats;

@@ -26,7 +26,7 @@ struct SettleReport {
 };
 
 /// Optimizes a freshly fitted mesh on the surface and features that its vertices are bound to. While cells
-/// stay bad, those round them may leave the surface by more and more (1e-4, 3e-4, 1e-3, ... of the diagonal),
+/// stay bad, those round them may leave the surface by more and more (3e-4, 1e-3, 3e-3, ... of the diagonal),
 /// up to options.max_deviation_rel; all else stays on it. `stats` sums up the runs. Errors: those of
 /// optimize(); cancelled leaves in `mesh` the best state so far.
 Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,

@@ -1,3 +1,4 @@
+#include "domain/boundary_model_builder.hpp"
 #include "io/read_surface.hpp"
 #include "io/scratch.hpp"
 #include "io/write_surface.hpp"
@@ -52,6 +53,8 @@ TEST_CASE("a cube is meshed exactly, with its names") {
     CHECK(outcome->fit.captured_corners == 8);
     CHECK(outcome->fit.captured_curves == 12);
     CHECK(outcome->deviation.largest_rel() < 1e-9);
+    CHECK(outcome->settle.deviation_rel == 0);
+    CHECK(outcome->settle.backed_off_count == 0);
     CHECK(outcome->mesh.patch_names ==
           std::vector<std::string>{"west", "east", "south", "north", "down", "up"});
     check_patches(outcome->mesh);
@@ -76,6 +79,54 @@ TEST_CASE("a cylinder is meshed validly, the same for any number of threads") {
     CHECK(one->mesh.cells == two->mesh.cells);
     CHECK(one->after.total_volume == Approx(4 * 12 * std::sin(2 * std::numbers::pi / 24)).epsilon(1e-2));
     check_patches(one->mesh);
+}
+
+TEST_CASE("settle: cells that cannot be valid on the surface get vertices off it, within what is allowed") {
+    // A cube of 4 x 4 x 4 cells, two neighbours on one edge bound to corners in the wrong order: no place on
+    // what they are bound to leaves the cells there valid.
+    StageClock clock;
+    Context context(2);
+    auto domain = build_domain(cube(0, 4), {}, context);
+    REQUIRE(domain);
+    HexMesh grid;
+    const auto at = [](int i, int j, int k) { return static_cast<Index>((k * 5 + j) * 5 + i); };
+    for (int k = 0; k <= 4; ++k)
+        for (int j = 0; j <= 4; ++j)
+            for (int i = 0; i <= 4; ++i) grid.positions.emplace_back(i, j, k);
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 4; ++j)
+            for (int i = 0; i < 4; ++i)
+                grid.cells.push_back({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
+                                      at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
+                                      at(i, j + 1, k + 1)});
+    grid.revision = 1;
+    auto fitted = fit_boundary(grid, *domain, {}, context);
+    REQUIRE(fitted);
+    REQUIRE(fitted->report.captured_corners == 8);
+    std::vector<Association> bound = fitted->fitted.association;
+    std::swap(bound[at(0, 0, 0)], bound[at(1, 0, 0)]);
+    for (double allowed : {0.0, 0.1}) {
+        HexMesh swapped = fitted->fitted.mesh;
+        for (Index v : {at(0, 0, 0), at(1, 0, 0)})
+            swapped.positions[v] = domain->model.project(bound[v], swapped.positions[v]).point;
+        BoundaryModelBuilder::bind(domain->model, bound, {}, {}, 1e-4);
+        OptimizeOptions options;
+        options.effort = Effort::quick;
+        options.fresh_boundary = true;
+        options.max_deviation_rel = allowed;
+        SettleReport report;
+        const auto stats =
+            settle_mesh(swapped, compute_topology(swapped), domain->model, options, report, context);
+        REQUIRE(stats);
+        CHECK(stats->bad32_after <= stats->bad32_before);
+        CHECK(report.deviation_rel <= allowed);
+        double farthest = 0;
+        for (Index v = 0; v < swapped.vertex_count(); ++v)
+            farthest = std::max(farthest, domain->model.project(bound[v], swapped.positions[v]).distance);
+        CHECK(farthest <= allowed * domain->model.diagonal() + 1e-9);
+        CHECK((report.backed_off_count > 0) == (farthest > 1e-9 * domain->model.diagonal()));
+        if (allowed == 0) CHECK(report.backed_off_count == 0);
+    }
 }
 
 TEST_CASE("external flow: the box becomes the outer boundary") {

@@ -179,7 +179,8 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     const auto keep_if_better = [&] {
         MeshMeasure now = measure_mesh(mesh, positions, context.parallel());
         now.energy = energy_at(positions);
-        if (!now.is_not_worse_than(input) || !now.is_better_than(best)) return;
+        const bool admitted = options.fresh_boundary || now.is_not_worse_than(input);
+        if (!admitted || !now.is_better_than(best)) return;
         best = now;
         mesh.positions = positions;
         improved = true;

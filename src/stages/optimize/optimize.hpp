@@ -59,6 +59,7 @@ struct OptimizeOptions {
     /// With slide: where the boundary vertices are on their entities means nothing, as a mesher has only just
     /// put them there. They may go anywhere on them; how far quads are from the surface, which then is a
     /// matter of cell sizes, is not guarded, and max_deviation_rel is what vertices may leave it by.
+    /// Kept is the state with the fewest bad cells, though its minimum may be below the input's.
     bool fresh_boundary = false;
     /// Per cell of the mesh, along xi, eta and zeta; only their ratios count: the ideal cell is a box of
     /// these proportions. Empty: cubes. Robust method on the host only; must outlive the run.

@@ -228,9 +228,12 @@ class RobustRun {
         const bool quick = options_.effort == Effort::quick && narrowing == 0;
         untangle_sliding(moving, quick ? kQuickRounds : kMaxUntangleRounds);
         if (!quick) return;
-        if (const auto bad = bad_cells(); !bad.empty())
-            untangle_sliding(movable_neighbourhood(mesh_, topology_, movement_.movable, bad, kPoorRings),
-                             kMaxUntangleRounds);
+        const std::vector<Index> bad = bad_cells();
+        if (bad.empty()) return;
+        const std::vector<Point> before = positions_;
+        untangle_sliding(movable_neighbourhood(mesh_, topology_, movement_.movable, bad, kPoorRings),
+                         kMaxUntangleRounds);
+        if (bad_cells().size() > bad.size()) positions_ = before;
     }
 
     void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds) {
