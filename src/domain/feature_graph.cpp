@@ -1,5 +1,7 @@
 #include "domain/feature_graph.hpp"
 
+#include "core/union_find.hpp"
+
 #include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
@@ -9,25 +11,6 @@
 namespace hexopt {
 
 namespace {
-
-class UnionFind {
-  public:
-    explicit UnionFind(std::size_t count) : parent_(count) {
-        std::iota(parent_.begin(), parent_.end(), Index{0});
-    }
-    Index find(Index i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(Index a, Index b) {
-        a = find(a);
-        b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<Index> parent_;
-};
 
 /// One side of an edge: slot `at_low` (of SurfacePolygons::vertex.item) holds the smaller vertex.
 struct EdgeSide {

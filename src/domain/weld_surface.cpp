@@ -117,38 +117,52 @@ class Welder {
         return open;
     }
 
-    std::vector<Index> open_vertices(const std::vector<OpenEdge>& open) const {
-        std::vector<Index> vertices;
+    /// The vertices of open edges, to be found by place.
+    struct OpenVertices {
+        std::vector<Index> vertex; ///< rising
+        BoxTree tree;
+        Index root;
+        std::vector<Index> order; ///< item of the tree to place in `vertex`
+
+        /// visit(vertex) for all within sqrt(reach2) of a point, and some more.
+        template <class Visit>
+        void visit_near(const Point& x, const double& reach2, const Visit& visit) const {
+            tree.visit_near(root, x, reach2, [&](Index first, Index last) {
+                for (Index i = first; i < last; ++i) visit(vertex[order[i]]);
+            });
+        }
+    };
+
+    OpenVertices collect_vertices(const std::vector<OpenEdge>& open) const {
+        OpenVertices found;
+        std::vector<Index>& vertices = found.vertex;
         for (const OpenEdge& e : open) vertices.insert(vertices.end(), e.edge.begin(), e.edge.end());
         std::sort(vertices.begin(), vertices.end());
         vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-        return vertices;
-    }
-
-    /// Moves each open vertex onto the lowest-numbered one within the tolerance that stays where it is.
-    std::size_t merge_near(const std::vector<OpenEdge>& open) {
-        const std::vector<Index> vertices = open_vertices(open);
         std::vector<Box> boxes(vertices.size());
         Box frame;
         for (std::size_t i = 0; i < vertices.size(); ++i) {
             boxes[i].add(out_.soup.vertices[vertices[i]]);
             frame.add(boxes[i]);
         }
-        BoxTree tree(frame);
-        std::vector<Index> order, target(out_.soup.vertices.size());
-        const Index root = tree.add_tree(boxes, 0, order);
+        found.tree = BoxTree(frame);
+        found.root = found.tree.add_tree(boxes, 0, found.order);
+        return found;
+    }
+
+    /// Moves each open vertex onto the lowest-numbered one within the tolerance that stays where it is.
+    std::size_t merge_near(const std::vector<OpenEdge>& open) {
+        const OpenVertices near = collect_vertices(open);
+        std::vector<Index> target(out_.soup.vertices.size());
         std::iota(target.begin(), target.end(), Index{0});
         std::size_t merged = 0;
         const double reach2 = tolerance_ * tolerance_;
-        for (Index v : vertices) {
+        for (Index v : near.vertex) {
             const Point& x = out_.soup.vertices[v];
             Index best = v;
-            tree.visit_near(root, x, reach2, [&](Index first, Index last) {
-                for (Index i = first; i < last; ++i) {
-                    const Index u = vertices[order[i]];
-                    const Point d = out_.soup.vertices[u] - x;
-                    if (u < best && target[u] == u && glm::dot(d, d) <= reach2) best = u;
-                }
+            near.visit_near(x, reach2, [&](Index u) {
+                const Point d = out_.soup.vertices[u] - x;
+                if (u < best && target[u] == u && glm::dot(d, d) <= reach2) best = u;
             });
             if (best == v) continue;
             target[v] = best;
@@ -162,21 +176,12 @@ class Welder {
     /// Cuts each triangle at the vertices that lie on one of its open edges.
     std::size_t cut_at_vertices(const std::vector<OpenEdge>& open) {
         if (open.empty()) return 0;
-        const std::vector<Index> vertices = open_vertices(open);
-        std::vector<Box> boxes(vertices.size());
-        Box frame;
-        for (std::size_t i = 0; i < vertices.size(); ++i) {
-            boxes[i].add(out_.soup.vertices[vertices[i]]);
-            frame.add(boxes[i]);
-        }
-        BoxTree tree(frame);
-        std::vector<Index> order;
-        const Index root = tree.add_tree(boxes, 0, order);
+        const OpenVertices near = collect_vertices(open);
         std::vector<std::uint8_t> done(out_.soup.triangles.size(), 0);
         std::size_t cut = 0;
         for (const OpenEdge& e : open) {
             if (done[e.triangle]) continue; // its other edges come in the next round
-            const std::vector<Index> on = vertices_on(e, tree, root, vertices, order);
+            const std::vector<Index> on = vertices_on(e, near);
             if (on.empty()) continue;
             done[e.triangle] = 1;
             ++cut;
@@ -186,22 +191,17 @@ class Welder {
     }
 
     /// Vertices within the tolerance of an edge's inside, from its start to its end.
-    std::vector<Index> vertices_on(const OpenEdge& e, const BoxTree& tree, Index root,
-                                   const std::vector<Index>& vertices,
-                                   const std::vector<Index>& order) const {
+    std::vector<Index> vertices_on(const OpenEdge& e, const OpenVertices& near) const {
         const Point a = out_.soup.vertices[e.edge[0]], b = out_.soup.vertices[e.edge[1]];
+        const Triangle& t = out_.soup.triangles[e.triangle];
         const double half = 0.5 * glm::distance(a, b) + tolerance_, reach2 = half * half;
         std::vector<std::pair<double, Index>> on;
-        tree.visit_near(root, 0.5 * (a + b), reach2, [&](Index first, Index last) {
-            for (Index i = first; i < last; ++i) {
-                const Index v = vertices[order[i]];
-                const Triangle& t = out_.soup.triangles[e.triangle];
-                if (std::find(t.begin(), t.end(), v) != t.end()) continue;
-                const Point& x = out_.soup.vertices[v];
-                const ClosestPoint<2> at = closest_on_segment(x, a, b);
-                if (at.weight[0] > 0 && at.weight[1] > 0 && glm::distance(x, at.point) <= tolerance_)
-                    on.emplace_back(at.weight[1], v);
-            }
+        near.visit_near(0.5 * (a + b), reach2, [&](Index v) {
+            if (std::find(t.begin(), t.end(), v) != t.end()) return;
+            const Point& x = out_.soup.vertices[v];
+            const ClosestPoint<2> at = closest_on_segment(x, a, b);
+            if (at.weight[0] > 0 && at.weight[1] > 0 && glm::distance(x, at.point) <= tolerance_)
+                on.emplace_back(at.weight[1], v);
         });
         std::sort(on.begin(), on.end());
         std::vector<Index> result;

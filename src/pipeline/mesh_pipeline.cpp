@@ -2,6 +2,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/write_openfoam.hpp"
+#include "pipeline/check_outputs.hpp"
 #include "pipeline/mesh_pictures.hpp"
 #include "render/png.hpp"
 
@@ -10,23 +11,6 @@
 namespace hexopt {
 
 namespace {
-
-/// Where results go is checked before hours are spent on them.
-Status check_outputs(const MeshJob& job) {
-    if (auto format = format_of_name(job.output); !format) return format.error();
-    for (const std::filesystem::path& path : {job.output, job.report, job.picture, job.html}) {
-        if (path.empty()) continue;
-        const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-        std::error_code error;
-        if (!std::filesystem::is_directory(folder, error))
-            return make_error(ErrorCode::output_failed, "write", path.string(),
-                              "no such directory: " + folder.string());
-        const bool takes_folder = path == job.output && !openfoam_folder(path).empty();
-        if (std::filesystem::is_directory(path, error) && !takes_folder)
-            return make_error(ErrorCode::output_failed, "write", path.string(), "is a directory");
-    }
-    return Done{};
-}
 
 /// Writes what the job asks for. `context` is one that is not cancelled.
 Status write_results(const MeshJob& job, StageClock& clock, MeshJobResult& result, Context& context) {
@@ -71,7 +55,8 @@ Error report_leak(const MeshJob& job, const LeakPath& leak, Error error, Context
 } // namespace
 
 Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
-    if (auto status = check_outputs(job); !status) return status.error();
+    if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
+        return status.error();
     if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
     StageClock clock;
     context.report("read", 0);

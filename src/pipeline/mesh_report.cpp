@@ -146,6 +146,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"quality_after", to_json(o.after)},
             {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},
             {"backed_off", settle_json(o.settle)},
+            {"boundary_contacts", o.contacts.size()},
             {"deviation", report::deviation_json(o.deviation)},
             {"stages", report::stages_json(result.times)},
             {"notes", o.notes}};

@@ -2,6 +2,7 @@
 
 #include "domain/boundary_model_builder.hpp"
 #include "mesh/validate_structure.hpp"
+#include "stages/optimize/contact_guard.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -225,6 +226,14 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
             fmt::format("{} buffer layers could not be inserted, and {} places were left without one.", whole,
                         std::ssize(skipped) - whole));
     }
+    if (!outcome.contacts.empty()) {
+        const BoundaryQuad& quad = outcome.mesh.boundary[outcome.contacts.front()];
+        const Point p = outcome.mesh.positions[quad.vertices[0]];
+        notes.push_back(
+            fmt::format("The boundary touches or crosses itself in {} quads, the first near "
+                        "({:.6g}, {:.6g}, {:.6g}): smaller cells there (--size, --gap-cells) may help.",
+                        outcome.contacts.size(), p.x, p.y, p.z));
+    }
     if (const SettleReport& settle = outcome.settle; settle.backed_off_count > 0) {
         const BackedOffVertex& worst = settle.backed_off.front();
         notes.push_back(fmt::format("{} boundary vertices had to leave the surface or its features for valid "
@@ -264,13 +273,15 @@ Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions
         "deviation", [&] { return measure_deviation(mesh, topology, domain.model, {}, unhurried); });
     if (!deviation) return deviation.error();
     outcome.deviation = *deviation;
+    outcome.contacts =
+        clock.run("contacts", [&] { return find_boundary_contacts(mesh, topology, unhurried.parallel()); });
     name_patches(mesh, domain, context.parallel());
     const ValidityCounts& validity = outcome.after.validity;
     const bool is_below = options.target_min_sj && validity.min_scaled_jacobian < *options.target_min_sj;
-    outcome.verdict = cancelled              ? ErrorCode::cancelled
-                      : !validity.is_valid() ? ErrorCode::no_valid_mesh
-                      : is_below             ? ErrorCode::below_target
-                                             : ErrorCode::ok;
+    outcome.verdict = cancelled                                           ? ErrorCode::cancelled
+                      : !validity.is_valid() || !outcome.contacts.empty() ? ErrorCode::no_valid_mesh
+                      : is_below                                          ? ErrorCode::below_target
+                                                                          : ErrorCode::ok;
     return Done{};
 }
 

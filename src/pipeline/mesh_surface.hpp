@@ -36,6 +36,8 @@ struct MeshOutcome {
     QualityReport before, after;        ///< before and after the optimizer
     std::optional<OptimizeStats> stats; ///< none where cancelled
     SettleReport settle;
+    /// Boundary quads where the boundary touches or crosses itself; any makes the mesh not valid.
+    std::vector<Index> contacts;
     Deviation deviation;
     std::vector<Point> start;       ///< positions before the optimizer
     std::vector<std::string> notes; ///< what the user should know, one sentence each

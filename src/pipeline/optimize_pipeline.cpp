@@ -4,6 +4,7 @@
 #include "io/mesh_io.hpp"
 #include "io/read_surface.hpp"
 #include "io/write_openfoam.hpp"
+#include "pipeline/check_outputs.hpp"
 #include "pipeline/optimize_pictures.hpp"
 #include "render/png.hpp"
 
@@ -12,23 +13,6 @@
 namespace hexopt {
 
 namespace {
-
-/// Where results go is checked before hours are spent on them.
-Status check_outputs(const OptimizeJob& job) {
-    if (auto format = format_of_name(job.output); !format) return format.error();
-    for (const std::filesystem::path& path : {job.output, job.report, job.picture, job.html}) {
-        if (path.empty()) continue;
-        const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-        std::error_code error;
-        if (!std::filesystem::is_directory(folder, error))
-            return make_error(ErrorCode::output_failed, "write", path.string(),
-                              "no such directory: " + folder.string());
-        const bool takes_folder = path == job.output && !openfoam_folder(path).empty();
-        if (std::filesystem::is_directory(path, error) && !takes_folder)
-            return make_error(ErrorCode::output_failed, "write", path.string(), "is a directory");
-    }
-    return Done{};
-}
 
 Status write_picture(const OptimizeJob& job, const HexMesh& mesh, const std::vector<Point>& start,
                      Context& context) {
@@ -70,7 +54,8 @@ Status write_results(const OptimizeJob& job, const MeshFile& file, const std::ve
 } // namespace
 
 Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& context) {
-    if (auto status = check_outputs(job); !status) return status.error();
+    if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
+        return status.error();
     StageClock clock;
     context.report("read", 0);
     auto file = clock.run("read", [&] { return read_mesh_file(job.input, context); });

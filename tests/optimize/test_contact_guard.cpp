@@ -92,3 +92,16 @@ TEST_CASE("what touches at the start may go on touching") {
         for (Index i = 0; i < 4; ++i) moved[LetterC::id(i, j, 1)].z = 0.001;
     CHECK(plate.contacts(moved) == 0);
 }
+
+TEST_CASE("a finished boundary is searched for contacts: narrow gaps are none, closed and crossed ones are") {
+    const Parallel parallel(1);
+    const auto count = [&](const LetterC& c) {
+        return find_boundary_contacts(c.mesh, c.topology, parallel).size();
+    };
+    CHECK(count(LetterC(1)) == 0);
+    CHECK(count(LetterC(0.005)) == 0);
+    CHECK(count(LetterC(0.0005)) >= 4);
+    LetterC crossed;
+    crossed.mesh.positions[LetterC::id(3, 2, 0)].y -= 1.4;
+    CHECK(count(crossed) >= 2);
+}

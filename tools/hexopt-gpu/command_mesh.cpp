@@ -61,6 +61,12 @@ void report_verdict(const MeshCommand& command, const MeshJobResult& result, Ses
     Error error{outcome.verdict, "mesh", command.job.output.string(), {}};
     switch (outcome.verdict) {
     case ErrorCode::no_valid_mesh: {
+        if (after.is_valid()) {
+            error.reasons = {fmt::format("written, but its boundary touches or crosses itself in {} quads",
+                                         outcome.contacts.size()),
+                             "try a smaller --size there, or more --gap-cells"};
+            break;
+        }
         const ListedCell& worst = outcome.after.worst.front();
         error.reasons = {
             fmt::format("written, but {} of {} cells are not valid, the worst at ({:.6g}, {:.6g}, {:.6g})",

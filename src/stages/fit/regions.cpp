@@ -1,5 +1,7 @@
 #include "stages/fit/regions.hpp"
 
+#include "core/union_find.hpp"
+
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <map>
@@ -11,24 +13,7 @@ namespace {
 
 constexpr std::size_t kChunk = 512;
 
-class Sets {
-  public:
-    explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
-    Index find(Index i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(Index a, Index b) {
-        a = find(a);
-        b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<Index> parent_;
-};
-
-/// The patch that each quad lies nearest to, its normal considered: seen from the quad's centre.
+/// The patch that each quad's centre is nearest to.
 std::vector<Index> nearest_patches(const SurfaceMesh& surface, const std::vector<Point>& x,
                                    const Domain& domain, const Context& context) {
     std::vector<Index> patch(surface.quad.size());
@@ -78,8 +63,8 @@ class RegionFinder {
         }
     }
 
-    Sets connect_quads() const {
-        Sets sets(surface_.quad.size());
+    UnionFind connect_quads() const {
+        UnionFind sets(surface_.quad.size());
         for (Index e = 0; e < surface_.edge.size(); ++e)
             if (regions_.edge_curve[e] == kNoIndex && surface_.edge[e].quad[1] != kNoIndex)
                 sets.join(surface_.edge[e].quad[0], surface_.edge[e].quad[1]);
@@ -88,8 +73,8 @@ class RegionFinder {
     }
 
     /// Patches joined over the released curves.
-    Sets connect_patches() const {
-        Sets sets(domain_.model.patch_count());
+    UnionFind connect_patches() const {
+        UnionFind sets(domain_.model.patch_count());
         for (Index c = 0; c < domain_.curve_patch.rows(); ++c)
             if (!regions_.kept(c))
                 for (Index p : domain_.curve_patch[c]) sets.join(domain_.curve_patch[c][0], p);
@@ -97,7 +82,7 @@ class RegionFinder {
     }
 
     void label() {
-        Sets quads = connect_quads(), patches = connect_patches();
+        UnionFind quads = connect_quads(), patches = connect_patches();
         std::map<std::array<Index, 2>, std::size_t> votes; // of a region for a group of patches
         for (Index q = 0; q < surface_.quad.size(); ++q) ++votes[{quads.find(q), patches.find(nearest_[q])}];
         std::map<Index, std::pair<std::size_t, Index>> winner;
@@ -124,7 +109,7 @@ class RegionFinder {
     }
 
     /// In a region of several patches the quads beside a curve belong to those that the curve bounds.
-    void label_beside_ridges(Sets& patches) {
+    void label_beside_ridges(UnionFind& patches) {
         for (Index e = 0; e < surface_.edge.size(); ++e) {
             const Index c = regions_.edge_curve[e];
             if (c == kNoIndex) continue;

@@ -6,14 +6,13 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 namespace hexopt {
 
 namespace {
 
-constexpr double kClearance = 0.02; ///< of the smaller quad's mean edge
-constexpr double kFoldedRad = 0.07; ///< of outside angle left between two quads at an edge
-constexpr double kFacing = 0.3;     ///< cosine between normals below which quads face one another
+constexpr double kFacing = 0.3; ///< cosine between normals below which quads face one another
 
 /// A quad as four triangles round its centre.
 struct Patch {
@@ -67,9 +66,9 @@ int shared_vertices(const Quad& a, const Quad& b) {
 }
 
 /// Whether a point of quad q is too near to quad r or an edge of q crosses it.
-bool touches(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r) {
+bool touches(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r, double clearance_rel) {
     const bool apart = shared_vertices(q, r) == 0;
-    const double clearance = kClearance * std::min(at_q.edge, at_r.edge);
+    const double clearance = clearance_rel * std::min(at_q.edge, at_r.edge);
     if (at_r.is_before(at_q.centre, clearance)) return true;
     for (const Point& x : at_q.x)
         if (at_r.is_before(0.5 * (at_q.centre + x), clearance) || (apart && at_r.is_before(x, clearance)))
@@ -117,8 +116,8 @@ class QuadTree {
 
 ContactGuard::ContactGuard(const HexMesh& mesh, const Topology& topology, std::span<const Quad> quads,
                            const Csr<Index>& vertex_quad, std::span<const Point> start, double deviation,
-                           const Parallel& parallel)
-    : mesh_(mesh), topology_(topology), quads_(quads), vertex_quad_(vertex_quad),
+                           const Parallel& parallel, ContactLimits contact)
+    : mesh_(mesh), contact_(contact), topology_(topology), quads_(quads), vertex_quad_(vertex_quad),
       is_candidate_(quads.size(), 0), is_exempt_(quads.size(), 0) {
     find_candidates(start, deviation, parallel);
     std::vector<Index> all(quads.size());
@@ -135,7 +134,7 @@ void ContactGuard::find_candidates(std::span<const Point> start, double deviatio
     const QuadTree tree(start, quads_, all);
     const auto can_meet = [&](const Patch& at, const Patch& other) {
         return glm::dot(at.normal, other.normal) < kFacing &&
-               glm::dot(other.centre - at.centre, at.normal) > -kClearance * at.edge;
+               glm::dot(other.centre - at.centre, at.normal) > -contact_.clearance_rel * at.edge;
     };
     std::vector<std::uint8_t> faces(quads_.size(), 0);
     parallel.for_each(quads_.size(), 64, [&](std::size_t q) {
@@ -154,11 +153,12 @@ void ContactGuard::find_candidates(std::span<const Point> start, double deviatio
 void ContactGuard::append_facing(std::span<const Point> positions, const QuadTree& tree, Index quad,
                                  std::vector<Pair>& found) const {
     const Patch at(positions, quads_[quad]);
-    tree.visit_near(at.centre, at.radius + kClearance * at.edge, [&](Index r) {
+    tree.visit_near(at.centre, at.radius + contact_.clearance_rel * at.edge, [&](Index r) {
         if (r == quad || shared_vertices(quads_[quad], quads_[r]) > 1) return;
         const Patch other(positions, quads_[r]);
         if (glm::dot(at.normal, other.normal) >= kFacing) return;
-        if (touches(quads_[quad], at, quads_[r], other) || touches(quads_[r], other, quads_[quad], at))
+        if (touches(quads_[quad], at, quads_[r], other, contact_.clearance_rel) ||
+            touches(quads_[r], other, quads_[quad], at, contact_.clearance_rel))
             found.push_back({std::min(quad, r), std::max(quad, r)});
     });
 }
@@ -198,8 +198,8 @@ void ContactGuard::append_folded(std::span<const Point> positions, Index quad,
         for (Index r : vertex_quad_[a])
             if (r != quad && contains(quads_[r], b)) neighbour = r, ++count;
         if (count != 1 || glm::dot(normal, Patch(positions, quads_[neighbour]).normal) > -0.9) continue;
-        constexpr double kMost = 6.283185307 - kFoldedRad;
-        if (inner_angle(positions, a, b) > kMost || inner_angle(positions, b, a) > kMost)
+        const double most = 2 * std::numbers::pi - contact_.folded_rad;
+        if (inner_angle(positions, a, b) > most || inner_angle(positions, b, a) > most)
             found.push_back({std::min(quad, neighbour), std::max(quad, neighbour)});
     }
 }
@@ -224,6 +224,13 @@ std::vector<ContactGuard::Pair> ContactGuard::find_pairs(std::span<const Point> 
     return pairs;
 }
 
+std::vector<Index> ContactGuard::touching_at_start() const {
+    std::vector<Index> quads;
+    for (Index q = 0; q < is_exempt_.size(); ++q)
+        if (is_exempt_[q]) quads.push_back(q);
+    return quads;
+}
+
 std::vector<Index> ContactGuard::touching(std::span<const Point> positions, std::span<const Index> moved,
                                           const Parallel& parallel) const {
     std::vector<Index> quads;
@@ -232,6 +239,23 @@ std::vector<Index> ContactGuard::touching(std::span<const Point> positions, std:
     std::sort(quads.begin(), quads.end());
     quads.erase(std::unique(quads.begin(), quads.end()), quads.end());
     return quads;
+}
+
+std::vector<Index> find_boundary_contacts(const HexMesh& mesh, const Topology& topology,
+                                          const Parallel& parallel) {
+    std::vector<Quad> quads;
+    std::vector<std::vector<Index>> at(mesh.vertex_count());
+    for (CellFace face : topology.boundary_faces) {
+        for (Index v : face_vertices(mesh, face)) at[v].push_back(static_cast<Index>(quads.size()));
+        quads.push_back(face_vertices(mesh, face));
+    }
+    Csr<Index> vertex_quad;
+    for (const std::vector<Index>& row : at) {
+        vertex_quad.item.insert(vertex_quad.item.end(), row.begin(), row.end());
+        vertex_quad.offset.push_back(vertex_quad.item.size());
+    }
+    const ContactGuard guard(mesh, topology, quads, vertex_quad, mesh.positions, 0, parallel, {1e-3, 0});
+    return guard.touching_at_start();
 }
 
 } // namespace hexopt

@@ -11,8 +11,15 @@
 
 namespace hexopt {
 
+/// When two quads of a boundary are in contact.
+struct ContactLimits {
+    double clearance_rel =
+        0.02;                 ///< least distance across the outside, in mean edges of the smaller quad; > 0
+    double folded_rad = 0.07; ///< least outside angle between two quads at an edge; >= 0
+};
+
 /// Watches that a moving boundary does not close on itself: quads that face one another across the outside
-/// must keep 2 % of an edge length between them, and two quads at an edge must not fold together. What the
+/// must keep a distance, and two quads at an edge must not fold together. What the
 /// start does already is allowed.
 class ContactGuard {
   public:
@@ -21,7 +28,10 @@ class ContactGuard {
     /// can meet at all.
     ContactGuard(const HexMesh& mesh, const Topology& topology, std::span<const Quad> quads,
                  const Csr<Index>& vertex_quad, std::span<const Point> start, double deviation,
-                 const Parallel& parallel);
+                 const Parallel& parallel, ContactLimits contact = {});
+
+    /// Quads in contact at the start; sorted.
+    std::vector<Index> touching_at_start() const;
 
     /// Quads in contact with another one, among `moved` (sorted) and their partners; sorted.
     std::vector<Index> touching(std::span<const Point> positions, std::span<const Index> moved,
@@ -39,6 +49,7 @@ class ContactGuard {
     double inner_angle(std::span<const Point> positions, Index a, Index b) const;
 
     const HexMesh& mesh_;
+    ContactLimits contact_;
     const Topology& topology_;
     std::span<const Quad> quads_;
     const Csr<Index>& vertex_quad_;
@@ -46,5 +57,10 @@ class ContactGuard {
     std::vector<Index> candidates_;
     std::vector<std::uint8_t> is_exempt_; ///< per quad: in contact at the start
 };
+
+/// Boundary faces (places in topology.boundary_faces, rising) where the boundary of a mesh touches or crosses
+/// itself: closer than 0.001 of an edge across the outside, or folded over at an edge.
+std::vector<Index> find_boundary_contacts(const HexMesh& mesh, const Topology& topology,
+                                          const Parallel& parallel);
 
 } // namespace hexopt
