@@ -3,10 +3,9 @@
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/deviation.hpp"
-#include "domain/orient_surface.hpp"
-#include "domain/weld_surface.hpp"
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/mesh_options.hpp"
+#include "pipeline/prepare_domain.hpp"
 #include "pipeline/settle_mesh.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
@@ -48,9 +47,13 @@ struct LeakPath {
     HexMesh cells; ///< empty: no leak
 };
 
-/// The flow in memory: orient, domain, refine and trim in turns, fit, buffer, optimize, name patches,
-/// measure. Errors: usage (an option out of range), bad_input (a surface that cannot be meshed; where it
-/// leaks *leak gets the path), out_of_memory, cancelled before the optimizer began.
+/// The flow in memory: refine and trim in turns, fit, buffer, optimize, name patches, measure. Errors: usage
+/// (an option out of range), bad_input (a surface that cannot be meshed; where it leaks *leak gets the path),
+/// out_of_memory, cancelled before the optimizer began.
+Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
+                                Context& context, LeakPath* leak = nullptr);
+
+/// prepare_domain() and mesh_domain().
 Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions& options, StageClock& clock,
                                  Context& context, LeakPath* leak = nullptr);
 

@@ -1,0 +1,83 @@
+#include "pipeline/prepare_domain.hpp"
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+namespace hexopt {
+
+namespace {
+
+/// The surface inside a box, whose sides are six patches more.
+TriangleSoup add_farfield(TriangleSoup surface, const Box& box) {
+    static constexpr const char* kNames[6] = {"farfield_x_min", "farfield_x_max", "farfield_y_min",
+                                              "farfield_y_max", "farfield_z_min", "farfield_z_max"};
+    static constexpr Index kSides[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    if (surface.patch.empty()) {
+        surface.patch.assign(surface.triangles.size(), 0);
+        surface.patch_names = {"surface"};
+    }
+    const Index first = static_cast<Index>(surface.vertices.size());
+    for (int i = 0; i < 8; ++i)
+        surface.vertices.emplace_back(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                                      i & 4 ? box.high.z : box.low.z);
+    for (int f = 0; f < 6; ++f) {
+        const auto& side = kSides[f];
+        for (const auto& [a, b, c] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+            surface.triangles.push_back({first + side[a], first + side[b], first + side[c]});
+            surface.patch.push_back(static_cast<Index>(surface.patch_names.size()));
+        }
+        surface.patch_names.emplace_back(kNames[f]);
+    }
+    return surface;
+}
+
+Status check_farfield(const TriangleSoup& surface, const Box& box) {
+    for (int k = 0; k < 3; ++k)
+        if (!(box.low[k] < box.high[k]))
+            return make_error(ErrorCode::usage, "farfield", "",
+                              "the box is empty: give xmin,ymin,zmin,xmax,ymax,zmax");
+    for (const Point& p : surface.vertices)
+        for (int k = 0; k < 3; ++k)
+            if (!(p[k] > box.low[k] && p[k] < box.high[k]))
+                return make_error(
+                    ErrorCode::usage, "farfield", "",
+                    fmt::format("the point ({:.6g}, {:.6g}, {:.6g}) of the surface is not inside the box",
+                                p.x, p.y, p.z));
+    return Done{};
+}
+
+double compute_diagonal(const TriangleSoup& surface) {
+    Box box;
+    for (const Point& p : surface.vertices) box.add(p);
+    return surface.vertices.empty() ? 0 : glm::distance(box.low, box.high);
+}
+
+} // namespace
+
+Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOptions& options,
+                                      StageClock& clock, Context& context) {
+    if (!(options.weld_rel >= 0 && options.weld_rel <= 0.01))
+        return make_error(ErrorCode::usage, "weld", "", "the gaps to close must lie in 0..0.01");
+    if (options.farfield)
+        if (Status ok = check_farfield(surface, *options.farfield); !ok) return ok.error();
+    PreparedDomain prepared;
+    auto welded = clock.run(
+        "weld", [&] { return weld_surface(surface, options.weld_rel * compute_diagonal(surface), context); });
+    if (!welded) return welded.error();
+    prepared.weld = welded->report;
+    auto oriented = clock.run("orient", [&] {
+        return options.farfield
+                   ? orient_surface(add_farfield(std::move(welded->soup), *options.farfield), context)
+                   : orient_surface(welded->soup, context);
+    });
+    if (!oriented) return oriented.error();
+    prepared.orientation = oriented->report;
+    auto domain =
+        clock.run("domain", [&] { return build_domain(oriented->soup, options.features, context); });
+    if (!domain) return domain.error();
+    prepared.domain = std::move(*domain);
+    return prepared;
+}
+
+} // namespace hexopt

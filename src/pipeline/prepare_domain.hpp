@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/domain.hpp"
+#include "domain/orient_surface.hpp"
+#include "domain/weld_surface.hpp"
+#include "mesh/triangle_soup.hpp"
+#include "pipeline/mesh_options.hpp"
+#include "pipeline/stage_clock.hpp"
+
+namespace hexopt {
+
+/// A domain, and what was done to the surface for it.
+struct PreparedDomain {
+    Domain domain;
+    WeldReport weld;
+    OrientationReport orientation;
+};
+
+/// From triangles to what is meshed: weld, farfield box, orient, features. Errors: usage (an option out of
+/// range), bad_input (a surface that cannot be meshed), cancelled.
+Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOptions& options,
+                                      StageClock& clock, Context& context);
+
+} // namespace hexopt
