@@ -184,6 +184,12 @@ TEST_CASE("fit: curves closer together than the cells are released and named for
     REQUIRE(fitted);
     CHECK(fitted->report.captured_curves + fitted->report.released_curves.size() == 12);
     if (!fitted->report.released_curves.empty()) CHECK(!fitted->refine_cells.empty());
+    // What is not enclosed by captured curves is not pulled onto one patch.
+    for (const BoundaryQuad& quad : fitted->fitted.mesh.boundary) {
+        Point centre(0);
+        for (Index v : quad.vertices) centre += 0.25 * fitted->fitted.mesh.positions[v];
+        CHECK(domain->model.project_patch(quad.patch, centre).distance < 0.11);
+    }
 }
 
 TEST_CASE("fit: a cancelled run ends as such") {

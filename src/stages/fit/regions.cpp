@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 
 namespace hexopt::fit {
 
 namespace {
 
 constexpr std::size_t kChunk = 512;
+/// A quad farther from its region's patch than this, in local edge lengths, does not belong to it.
+constexpr double kLeak = 1;
 
 /// The patch that each quad's centre is nearest to.
 std::vector<Index> nearest_patches(const SurfaceMesh& surface, const std::vector<Point>& x,
@@ -78,16 +82,54 @@ class RegionFinder {
         for (Index c = 0; c < domain_.curve_patch.rows(); ++c)
             if (!regions_.kept(c))
                 for (Index p : domain_.curve_patch[c]) sets.join(domain_.curve_patch[c][0], p);
+        for (const auto& [p, q] : leaks_) sets.join(p, q);
         return sets;
     }
 
+    double distance_to_group(Index q, Index group, UnionFind& patches) const {
+        const Point centre = quad_centre_of(q);
+        double least = std::numeric_limits<double>::infinity();
+        for (Index p = 0; p < domain_.model.patch_count(); ++p)
+            if (patches.find(p) == group)
+                least = std::min(least, domain_.model.project_patch(p, centre).distance);
+        return least;
+    }
+
+    double size_of(Index q) const {
+        double sum = 0;
+        for (Index v : surface_.quad[q]) sum += 0.25 * surface_.size[v];
+        return sum;
+    }
+
+    /// Where a region holds quads that are far from the patch that won it, the curves do not enclose it: that
+    /// patch and theirs count as one. True if such quads were found.
+    bool find_leaks(UnionFind& quads, UnionFind& patches,
+                    const std::map<Index, std::pair<std::size_t, Index>>& winner) {
+        std::set<std::array<Index, 2>> seen;
+        for (Index q = 0; q < surface_.quad.size(); ++q) {
+            const Index group = winner.at(quads.find(q)).second, own = patches.find(nearest_[q]);
+            if (own == group || seen.contains({group, own})) continue;
+            if (distance_to_group(q, group, patches) < kLeak * size_of(q)) continue;
+            seen.insert({group, own});
+            leaks_.push_back({group, own});
+        }
+        return !seen.empty();
+    }
+
     void label() {
+        while (!label_regions()) {
+        }
+    }
+
+    /// False if regions were found that curves do not enclose; they are to be labelled again.
+    bool label_regions() {
         UnionFind quads = connect_quads(), patches = connect_patches();
         std::map<std::array<Index, 2>, std::size_t> votes; // of a region for a group of patches
         for (Index q = 0; q < surface_.quad.size(); ++q) ++votes[{quads.find(q), patches.find(nearest_[q])}];
         std::map<Index, std::pair<std::size_t, Index>> winner;
         for (const auto& [key, count] : votes)
             if (auto& best = winner[key[0]]; count > best.first) best = {count, key[1]};
+        if (find_leaks(quads, patches, winner)) return false;
         std::vector<Index> only(domain_.model.patch_count(), kNoIndex); // per group: its patch if it has one
         std::vector<std::size_t> members(domain_.model.patch_count(), 0);
         for (Index p = 0; p < domain_.model.patch_count(); ++p) {
@@ -106,6 +148,7 @@ class RegionFinder {
         }
         label_beside_ridges(patches);
         spread_labels();
+        return true;
     }
 
     /// In a region of several patches the quads beside a curve belong to those that the curve bounds.
@@ -184,7 +227,8 @@ class RegionFinder {
     const CurveNet& net_;
     const Capture& capture_;
     std::vector<Index> nearest_;
-    std::vector<Index> group_; ///< per quad of a region of several patches: their group
+    std::vector<Index> group_;                ///< per quad of a region of several patches: their group
+    std::vector<std::array<Index, 2>> leaks_; ///< patches that no captured curve parts
     Regions regions_;
 };
 
