@@ -2,6 +2,8 @@
 #include "mesh/mesh_oracles.hpp"
 #include "quality/cell_quality.hpp"
 
+#include <optional>
+
 using namespace hexopt;
 using namespace hexopt::test;
 
@@ -115,6 +117,96 @@ TEST_CASE("buffer: outside of a cube, and three concave ridges that meet") {
     BufferOutput corner = insert(notched);
     CHECK(ridge_edges(corner, 2, 4) == ridge_edges(corner, 2));
     check_motion(corner, notched, 0.26);
+}
+
+TEST_CASE("buffer: a fin on a plate: each of its sides gets a pillow of its own at the foot") {
+    BoxShape shape{{13, 10, 12}};
+    shape.inside = [](Point p) {
+        const bool in_plate = p.x > 3 && p.x < 10 && p.y > 2 && p.y < 8 && p.z > 3 && p.z < 5;
+        const bool in_fin = p.x > 5 && p.x < 8 && p.y > 4 && p.y < 6 && p.z > 3 && p.z < 8;
+        return !in_plate && !in_fin;
+    };
+    const FittedShape fin = fit_to_itself(make_mesh(shape));
+    BufferOutput out = insert(fin);
+    CHECK(ridge_edges(out, 2, 4) == ridge_edges(out, 2));
+    check_motion(out, fin, 0.2);
+}
+
+namespace {
+
+/// Whether the cells at a vertex are joined over faces, and what is not there too.
+bool is_manifold(const std::array<std::array<std::array<bool, 2>, 2>, 2>& cell) {
+    int pieces = 0;
+    std::array<bool, 8> seen{};
+    for (int start = 0; start < 8; ++start) {
+        if (seen[start]) continue;
+        ++pieces;
+        std::vector<int> open = {start};
+        seen[start] = true;
+        while (!open.empty()) {
+            const int c = open.back();
+            open.pop_back();
+            for (int bit : {1, 2, 4}) {
+                const int d = c ^ bit;
+                if (seen[d] || cell[c & 1][c >> 1 & 1][c >> 2] != cell[d & 1][d >> 1 & 1][d >> 2]) continue;
+                seen[d] = true;
+                open.push_back(d);
+            }
+        }
+    }
+    return pieces == 2;
+}
+
+/// A block with some boxes of three cells or more taken out of it, or these boxes alone; nothing where the
+/// surface touches itself.
+std::optional<HexMesh> make_random_boxes(std::uint64_t seed) {
+    Random random(seed);
+    constexpr std::uint32_t kSide = 4, kCells = 3;
+    const bool hollow = random.below(2) == 0;
+    std::vector<std::array<std::uint32_t, 6>> boxes(1 + random.below(4));
+    for (auto& box : boxes)
+        for (int k = 0; k < 3; ++k) {
+            box[k] = static_cast<std::uint32_t>(random.below(kSide - 1)) + (hollow ? 1 : 0);
+            box[k + 3] = box[k] + 1 + static_cast<std::uint32_t>(random.below(kSide - 1));
+            if (hollow) box[k] = std::min(box[k], kSide - 2), box[k + 3] = std::min(box[k + 3], kSide - 1);
+        }
+    const auto has = [&](std::array<double, 3> p) {
+        const bool in_box = std::any_of(boxes.begin(), boxes.end(), [&](const auto& box) {
+            return p[0] > box[0] && p[0] < box[3] && p[1] > box[1] && p[1] < box[4] && p[2] > box[2] &&
+                   p[2] < box[5];
+        });
+        const bool in_block =
+            *std::min_element(p.begin(), p.end()) > 0 && *std::max_element(p.begin(), p.end()) < kSide;
+        return in_block && in_box != hollow;
+    };
+    for (std::uint32_t corner = 0; corner < (kSide + 1) * (kSide + 1) * (kSide + 1); ++corner) {
+        std::array<std::array<std::array<bool, 2>, 2>, 2> cell{};
+        int kept = 0;
+        for (int i = 0; i < 8; ++i) {
+            cell[i & 1][i >> 1 & 1][i >> 2] = has({corner % (kSide + 1) + (i & 1) - 0.5,
+                                                   corner / (kSide + 1) % (kSide + 1) + (i >> 1 & 1) - 0.5,
+                                                   corner / ((kSide + 1) * (kSide + 1)) + (i >> 2) - 0.5});
+            kept += cell[i & 1][i >> 1 & 1][i >> 2];
+        }
+        if (kept > 0 && kept < 8 && !is_manifold(cell)) return std::nullopt;
+    }
+    BoxShape shape{{kSide * kCells, kSide * kCells, kSide * kCells}};
+    shape.inside = [&](Point p) { return has({p.x / kCells, p.y / kCells, p.z / kCells}); };
+    return make_mesh(shape);
+}
+
+} // namespace
+
+TEST_CASE("buffer: random bodies of boxes and blocks with such hollows stay sound and lose every flat quad") {
+    int tried = 0;
+    for (std::uint64_t seed = 1; tried < 15; ++seed) {
+        INFO("seed " << seed);
+        const std::optional<HexMesh> mesh = make_random_boxes(seed);
+        if (!mesh) continue;
+        ++tried;
+        const BufferOutput out = insert(fit_to_itself(*mesh));
+        CHECK(ridge_edges(out, 2, 1) + ridge_edges(out, 2, 2) == 0);
+    }
 }
 
 TEST_CASE("buffer: flat quads on a cylinder's rims go, with levels across the wall too") {

@@ -200,8 +200,7 @@ class BufferRun {
         report_.before = count_for_buffers(mesh_, domain_);
         insert_groups();
         context_.report(kStage, 0.4);
-        cut_at_loose_ridges(mesh_, regions_, options_.band_quads);
-        patches_ = find_patches();
+        cut_regions();
         if (options_.method == BufferMethod::groups) insert_pillows();
         context_.report(kStage, 0.7);
         insert_collars();
@@ -227,6 +226,17 @@ class BufferRun {
         return patches;
     }
 
+    /// Regions for sheets that may leave through smooth surface; each stays in its group.
+    void cut_regions() {
+        std::vector<Index> whole;
+        for (const SurfaceQuad& quad : mesh_.surface) whole.push_back(quad.region);
+        cut_at_loose_ridges(mesh_, regions_, options_.band_quads);
+        std::vector<Index> group(regions_.count, kNoIndex);
+        for (Index q = 0; q < mesh_.surface.size(); ++q) group[mesh_.surface[q].region] = group_[whole[q]];
+        group_ = std::move(group);
+        patches_ = find_patches();
+    }
+
     std::vector<RegionSheet> sheets_of(const std::vector<Index>& number) const {
         std::vector<RegionSheet> sheets;
         for (Index region = 0; region < number.size(); ++region) {
@@ -243,7 +253,9 @@ class BufferRun {
         if (options_.method == BufferMethod::thesis)
             for (Index region = 1; region < regions_.count; ++region) groups.join(0, region);
         const SheetMesh start = mesh_;
-        while (!context_.is_cancelled()) {
+        for (;;) {
+            group_ = groups.numbers();
+            if (context_.is_cancelled()) return;
             SheetSeries series(mesh_, domain_.model, SheetKind::group, context_);
             const std::vector<FailedSheet> failed =
                 series.insert(sheets_of(groups.numbers()), regions_.count);
@@ -268,8 +280,9 @@ class BufferRun {
         note_skipped(kind, failed);
     }
 
-    /// Buffer 1b: regions beside sharp concave ridges, joined where they meet at another ridge; sets of
-    /// several regions first.
+    /// Buffer 1b: regions beside sharp concave ridges, joined where they meet at another ridge that buffer 1
+    /// does not split (at one that it splits a set would close off what it leaves beside a third region's
+    /// sharp ridge); sets of several regions first.
     void insert_pillows() {
         std::vector<std::uint8_t> beside(regions_.count, 0);
         const auto is_sharp = [&](const SurfaceRegions::Border& border) {
@@ -279,7 +292,9 @@ class BufferRun {
             if (is_sharp(border)) beside[border.a] = beside[border.b] = 1;
         RegionGroups groups(regions_.count);
         for (const SurfaceRegions::Border& border : regions_.borders) {
-            if (is_sharp(border) || !beside[border.a] || !beside[border.b]) continue;
+            if (is_sharp(border) || !beside[border.a] || !beside[border.b] ||
+                group_[border.a] != group_[border.b])
+                continue;
             const Index a = groups.find(border.a), b = groups.find(border.b);
             const bool opposed = std::any_of(
                 regions_.borders.begin(), regions_.borders.end(), [&](const SurfaceRegions::Border& other) {
@@ -288,6 +303,7 @@ class BufferRun {
                 });
             if (!opposed) groups.join(a, b);
         }
+        part_pinched(mesh_, groups);
         std::vector<Index> number(regions_.count, kNoIndex), of_group(regions_.count, kNoIndex);
         Index next = 0;
         for (Index region = 0; region < regions_.count; ++region) {
@@ -347,6 +363,7 @@ class BufferRun {
     Context& context_;
     SurfaceRegions regions_;
     std::vector<std::vector<Index>> patches_; ///< per region, rising
+    std::vector<Index> group_;                ///< per region: sheet of buffer 1 that covers it
     BufferReport report_;
 };
 

@@ -3,6 +3,7 @@
 #include "stages/buffer/edge_uses.hpp"
 
 #include <numeric>
+#include <tuple>
 
 namespace hexopt {
 
@@ -265,10 +266,123 @@ void part_by_patches(SheetMesh& mesh, SurfaceRegions& regions) {
     }
 }
 
+/// Quads round vertices, in order.
+class VertexFans {
+  public:
+    explicit VertexFans(const SheetMesh& mesh)
+        : mesh_(mesh), ridges_(mesh), parents_(mesh.splits.middles_by_vertex()) {
+        sides_.reserve(4 * mesh.surface.size());
+        for (Index i = 0; i < mesh.surface.size(); ++i) {
+            const Quad q = mesh.vertices_of(mesh.surface[i].face);
+            for (int s = 0; s < 4; ++s)
+                sides_.push_back(
+                    {q[s], whole_edge(q[s], q[(s + 1) % 4]), whole_edge(q[s], q[(s + 3) % 4]), i});
+        }
+        std::sort(sides_.begin(), sides_.end());
+    }
+
+    /// visit(quads, is_closed) for every run of quads that no ridge and no hanging vertex interrupts.
+    template <class Visit>
+    void for_each_run(const Visit& visit) const {
+        for (std::size_t i = 0; i < sides_.size();) {
+            std::size_t end = i;
+            while (end < sides_.size() && sides_[end].vertex == sides_[i].vertex) ++end;
+            if (has_two_regions(i, end)) follow({sides_.data() + i, end - i}, visit);
+            i = end;
+        }
+    }
+
+  private:
+    /// A quad at a vertex: it lies between the edges to `first` and `last`, counter-clockwise.
+    struct Side {
+        Index vertex, first, last, quad;
+        auto operator<=>(const Side&) const = default;
+    };
+
+    /// The far end of the coarsest edge that begins at a vertex as the edge to `end` does.
+    Index whole_edge(Index vertex, Index end) const {
+        for (bool longer = true; longer;) {
+            longer = false;
+            const auto at =
+                std::lower_bound(parents_.begin(), parents_.end(), end,
+                                 [](const SplitTables::Middle& m, Index v) { return m.vertex < v; });
+            if (at == parents_.end() || at->vertex != end) break;
+            if (low_of(at->edge) == vertex)
+                end = high_of(at->edge), longer = true;
+            else if (high_of(at->edge) == vertex)
+                end = low_of(at->edge), longer = true;
+        }
+        return end;
+    }
+
+    bool has_two_regions(std::size_t i, std::size_t end) const {
+        return std::any_of(sides_.begin() + static_cast<std::ptrdiff_t>(i),
+                           sides_.begin() + static_cast<std::ptrdiff_t>(end), [&](const Side& side) {
+                               return mesh_.surface[side.quad].region != mesh_.surface[sides_[i].quad].region;
+                           });
+    }
+
+    template <class Visit>
+    void follow(std::span<const Side> at, const Visit& visit) const {
+        std::vector<std::uint8_t> taken(at.size(), 0);
+        const auto next_of = [&](std::size_t k) {
+            if (ridges_.curve_of(edge_key(at[k].vertex, at[k].last)) != kNoIndex) return at.size();
+            std::size_t n = 0;
+            while (n < at.size() && at[n].first != at[k].last) ++n;
+            return n;
+        };
+        std::vector<std::uint8_t> is_next(at.size(), 0);
+        for (std::size_t k = 0; k < at.size(); ++k)
+            if (const std::size_t n = next_of(k); n < at.size()) is_next[n] = 1;
+        const auto run_from = [&](std::size_t start) {
+            std::vector<Index> run;
+            std::size_t k = start;
+            for (; k < at.size() && !taken[k]; k = next_of(k)) taken[k] = 1, run.push_back(at[k].quad);
+            visit(run, k == start);
+        };
+        for (std::size_t k = 0; k < at.size(); ++k)
+            if (!is_next[k]) run_from(k);
+        for (std::size_t k = 0; k < at.size(); ++k)
+            if (!taken[k]) run_from(k);
+    }
+
+    const SheetMesh& mesh_;
+    RidgeFinder ridges_;
+    std::vector<SplitTables::Middle> parents_;
+    std::vector<Side> sides_; ///< sorted
+};
+
+/// Where a region comes more than once in the order of quads round a vertex, the quads there become one
+/// region's: sheets cannot leave the surface there otherwise.
+void mend_pinched(SheetMesh& mesh) {
+    const VertexFans fans(mesh);
+    const auto is_pinched = [&](std::span<const Index> run, bool is_closed) {
+        std::vector<Index> starts; // the regions of the maximal runs of one region
+        for (std::size_t k = 0; k < run.size(); ++k) {
+            const Index region = mesh.surface[run[k]].region;
+            if (starts.empty() || starts.back() != region) starts.push_back(region);
+        }
+        if (is_closed && starts.size() > 1 && starts.front() == starts.back()) starts.pop_back();
+        std::sort(starts.begin(), starts.end());
+        return std::adjacent_find(starts.begin(), starts.end()) != starts.end();
+    };
+    for (bool again = true; again;) { // ends: regions only fall
+        again = false;
+        fans.for_each_run([&](std::span<const Index> run, bool is_closed) {
+            if (!is_pinched(run, is_closed)) return;
+            again = true;
+            Index lowest = kNoIndex;
+            for (Index q : run) lowest = std::min(lowest, mesh.surface[q].region);
+            for (Index q : run) mesh.surface[q].region = lowest;
+        });
+    }
+}
+
 } // namespace
 
 void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings) {
     part_by_patches(mesh, regions);
+    mend_pinched(mesh);
     LooseRidges ridges(mesh);
     if (!ridges.empty()) {
         ridges.find(rings);
@@ -277,6 +391,7 @@ void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings) {
         for (Index q = 0; q < mesh.surface.size(); ++q)
             if (number[q] != kNoIndex) mesh.surface[q].region = regions.count + number[q];
         regions.count += bands;
+        mend_pinched(mesh);
     }
     regions.borders = find_borders(mesh);
 }
@@ -309,6 +424,40 @@ std::vector<Index> RegionGroups::numbers() const {
         number[r] = root == r ? next++ : number[root];
     }
     return number;
+}
+
+void part_pinched(const SheetMesh& mesh, RegionGroups& groups) {
+    struct Touch {
+        Index vertex, group;
+        int quads_twice, inner_edges;
+    };
+    std::vector<Touch> touches;
+    for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), [&](std::span<const EdgeUse> uses) {
+        const Index first = groups.find(mesh.surface[uses.front().quad].region);
+        const Index last = groups.find(mesh.surface[uses.back().quad].region);
+        for (Index v : {low_of(uses[0].edge), high_of(uses[0].edge)}) {
+            touches.push_back({v, first, 1, 0});
+            if (uses.size() > 1) touches.push_back({v, last, 1, first == last ? 1 : 0});
+        }
+    });
+    std::sort(touches.begin(), touches.end(), [](const Touch& a, const Touch& b) {
+        return std::tie(a.vertex, a.group) < std::tie(b.vertex, b.group);
+    });
+    std::vector<std::uint8_t> is_pinched(groups.size(), 0);
+    for (std::size_t i = 0; i < touches.size();) {
+        Touch sum = touches[i];
+        std::size_t end = i + 1;
+        for (; end < touches.size() && touches[end].vertex == sum.vertex && touches[end].group == sum.group;
+             ++end)
+            sum.quads_twice += touches[end].quads_twice, sum.inner_edges += touches[end].inner_edges;
+        const int fans = sum.quads_twice / 2 - sum.inner_edges;
+        if (fans > 1) is_pinched[sum.group] = 1;
+        i = end;
+    }
+    std::vector<Index> parted;
+    for (Index region = 0; region < groups.size(); ++region)
+        if (is_pinched[groups.find(region)]) parted.push_back(region);
+    groups.part(parted);
 }
 
 RegionGroups group_for_split(const SheetMesh& mesh, const SurfaceRegions& regions, const Domain& domain,

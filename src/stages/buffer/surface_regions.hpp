@@ -25,7 +25,8 @@ std::vector<SurfaceRegions::Border> find_borders(const SheetMesh& mesh);
 
 /// Parts regions further for sheets that may leave through smooth surface: at borders of patches, and on
 /// either side of ridges that have the same region on both (a feature that fades out), where bands `rings`
-/// quads wide become regions of their own.
+/// quads wide become regions of their own. Where a part would come more than once in the order of quads round
+/// a vertex, the quads there become one part's. Some of the numbers may have no quad then.
 void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings);
 
 /// Sets of regions, as numbers 0..count-1 by their lowest region.
@@ -34,6 +35,7 @@ class RegionGroups {
     explicit RegionGroups(Index region_count);
     bool join(Index a, Index b); ///< false: they were one already
     Index find(Index region) const;
+    Index size() const { return static_cast<Index>(parent_.size()); } ///< regions
     void part(std::span<const Index> whole_groups); ///< all regions of some groups: each is one again
     /// Per region its group's number; the groups are numbered by their lowest region.
     std::vector<Index> numbers() const;
@@ -41,6 +43,10 @@ class RegionGroups {
   private:
     mutable std::vector<Index> parent_;
 };
+
+/// Makes single regions of groups that have more than one fan of quads at some vertex: a sheet under all of
+/// such a group would touch itself there.
+void part_pinched(const SheetMesh& mesh, RegionGroups& groups);
 
 /// Groups of buffer 1: joined over ridges whose angle reaches `join_deg` anywhere, at vertices with more than
 /// three ridge edges, and at vertices where a group would touch itself. Source: fitting-notes 4.
