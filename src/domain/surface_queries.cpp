@@ -128,7 +128,9 @@ bool SurfaceQueries::leaves_inside(const Point& from, const Point& to, double co
 bool SurfaceQueries::is_inside_beyond(const Point& p, const Projection& at, double contact) const {
     const Point across = at.point - p;
     const double distance = glm::length(across);
-    return is_inside(at.point + contact * (distance > 0 ? across / distance : at.direction));
+    // What is left of a point on the surface has no direction but that of rounding.
+    const bool on_surface = distance < 1e-3 * contact;
+    return is_inside(at.point + contact * (on_surface ? at.direction : across / distance));
 }
 
 } // namespace hexopt

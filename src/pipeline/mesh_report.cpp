@@ -86,6 +86,8 @@ json trim_json(const TrimReport& r, int rounds) {
             {"part_cells_dropped", r.part_cells_dropped},
             {"kept_volume", r.kept_volume},
             {"enclosed_volume", r.enclosed_volume},
+            {"surface_area", r.surface_area},
+            {"bare_area", r.bare_area},
             {"is_closed_manifold", r.closed_manifold()}};
 }
 

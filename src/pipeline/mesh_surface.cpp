@@ -2,6 +2,7 @@
 
 #include "domain/boundary_model_builder.hpp"
 #include "mesh/validate_structure.hpp"
+#include "pipeline/trim_rounds.hpp"
 #include "stages/optimize/contact_guard.hpp"
 
 #include <algorithm>
@@ -12,8 +13,6 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kMostTrimRounds = 12;
-
 /// Ends of the stages' parts of the run, 0..1.
 constexpr double kSurfaceEnd = 0.05, kTrimEnd = 0.2, kFitEnd = 0.35, kBufferEnd = 0.45, kOptimizeEnd = 0.92,
                  kMeasureEnd = 0.97;
@@ -23,56 +22,16 @@ void begin(Context& context, const char* stage, double low, double high) {
     context.report(stage, 0);
 }
 
-HexMesh take_cells(const HexMesh& mesh, const std::vector<Index>& cells) {
-    HexMesh part;
-    std::vector<Index> number(mesh.vertex_count(), kNoIndex);
-    for (Index c : cells) {
-        Cell cell = mesh.cells[c];
-        for (Index& v : cell) {
-            if (number[v] == kNoIndex) {
-                number[v] = static_cast<Index>(part.positions.size());
-                part.positions.push_back(mesh.positions[v]);
-            }
-            v = number[v];
-        }
-        part.cells.push_back(cell);
-        if (!mesh.level.empty()) part.level.push_back(mesh.level[c]);
-    }
-    return part;
-}
-
-/// Trims, and refines what trimming asks for, until it asks for nothing. Where no more may be refined the
-/// cells in question are removed instead.
-Result<TrimOutput> trim_to_manifold(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
-                                    MeshOutcome& outcome, Context& context, LeakPath* leak) {
-    TrimOptions trim_options = options.trim;
-    for (int round = 1;; ++round) {
-        if (round == kMostTrimRounds) trim_options.partial = PartialFaces::remove;
-        std::vector<Index> path;
-        auto trimmed = trim(refined.octree, domain, trim_options, context, &path);
-        ++outcome.trim_rounds;
-        if (!trimmed) {
-            if (leak && !path.empty()) leak->cells = take_cells(refined.octree, path);
-            return trimmed;
-        }
-        context.report(
-            "trim", static_cast<double>(round) / kMostTrimRounds,
-            fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
-        if (trimmed->refine_cells.empty()) return trimmed;
-        if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
-        const RefineCount count = refine_cells(refined, trimmed->refine_cells, context);
-        if (count.requested == 0) trim_options.partial = PartialFaces::remove;
-    }
-}
-
 /// Fits, and refines where features could not be captured, up to fit_repairs times.
 Result<FittedMesh> fit_domain(RefineOutput refined, const Domain& domain, const MeshOptions& options,
                               MeshOutcome& outcome, StageClock& clock, Context& context, LeakPath* leak) {
     for (int repair = 0;; ++repair) {
         begin(context, "trim", kSurfaceEnd, kTrimEnd);
-        auto trimmed = clock.run(
-            "trim", [&] { return trim_to_manifold(refined, domain, options, outcome, context, leak); });
+        auto trimmed = clock.run("trim", [&] {
+            return trim_in_rounds(refined, domain, options.trim, outcome.trim_rounds, context, leak);
+        });
         if (!trimmed) return trimmed.error();
+        if (Status covered = check_coverage(*trimmed); !covered) return covered.error();
         outcome.trim = trimmed->report;
         begin(context, "fit", kTrimEnd, kFitEnd);
         auto fitted = clock.run(
@@ -134,6 +93,8 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
                                     outcome.orientation.sheet_triangles));
     if (outcome.refine.budget_hit())
         notes.emplace_back("The budget of cells was used up: some criteria of refinement were given up.");
+    if (std::string bare = describe_bare_surface(outcome.trim); !bare.empty())
+        notes.push_back(std::move(bare));
     if (const auto& released = outcome.fit.released_curves; !released.empty()) {
         const auto points = domain.model.curve_points(released.front().curve);
         const Point p = points[points.size() / 2];

@@ -42,7 +42,8 @@ void print(const TrimOutput& out, double seconds) {
     std::printf("%zu to refine, %zu -> %zu cells, %.3f s (%.2f us/cell): cut %zu, uncertain %zu | ",
                 out.refine_cells.size(), r.octree_cells, r.kept_cells, seconds,
                 1e6 * seconds / static_cast<double>(r.octree_cells), r.cut_cells, r.uncertain_cells);
-    std::printf("volume %.4g of %.4g | ", r.kept_volume, r.enclosed_volume);
+    std::printf("volume %.4g of %.4g, bare %.2f %% at %zu places | ", r.kept_volume, r.enclosed_volume,
+                100 * r.bare_area / r.surface_area, out.bare_spots.size());
     std::printf("gap %zu, manifold %zu, tips %zu, pits %zu, filled %zu, partial %zu | ", r.gap_removed,
                 r.manifold_removed, r.tips_removed, r.pits_filled, r.partial_filled, r.partial_removed);
     std::printf(

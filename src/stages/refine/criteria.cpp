@@ -117,6 +117,13 @@ Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize
     return Done{};
 }
 
+std::vector<double> SurfaceCriteria::finest_sizes(double base) const {
+    std::vector<double> sizes;
+    for (const Goal& goal : finest_gap_)
+        sizes.push_back(goal.level >= 0 ? std::ldexp(base, -goal.level) : goal.size);
+    return sizes;
+}
+
 void SurfaceCriteria::coarsen_outer_box(const RefineOptions& options) {
     const std::vector<std::uint8_t> outer = find_outer_box(*domain_, options.planar);
     for (Index patch = 0; patch < outer.size(); ++patch)

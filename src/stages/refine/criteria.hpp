@@ -47,6 +47,10 @@ class SurfaceCriteria {
         return given_up_[static_cast<std::size_t>(criterion)];
     }
 
+    /// Per patch: size of the smallest cells that gaps and features may get. base: longest edge of the
+    /// initial mesh.
+    std::vector<double> finest_sizes(double base) const;
+
     /// Largest angle between the interpolated normals of one patch inside a box, degrees.
     double normal_spread_deg(const Box& box, std::span<const Index> triangles) const;
 

@@ -159,10 +159,12 @@ class Run {
                      {},
                      {},
                      options_.planar ? AxisMask{3} : kAllAxes,
-                     options_.max_cells},
+                     options_.max_cells,
+                     {}},
                     0};
         RefineOutput& out = trial.out;
         out.stats.base_size = longest_root_edge(out.refinement, out.mask);
+        out.finest_size = criteria->finest_sizes(out.stats.base_size);
         out.stats.surface_size = size.level >= 0 ? std::ldexp(out.stats.base_size, -size.level) : size.size;
         Adaptation adaptation(surface_, *criteria, *regions, options_, out, context_);
         if (Status ok = adaptation.run(); !ok) return ok.error();

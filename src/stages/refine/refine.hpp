@@ -132,6 +132,8 @@ struct RefineOutput {
     RefineStats stats;
     AxisMask mask = kAllAxes;  ///< what a cell is split along
     std::size_t max_cells = 0; ///< as in the options
+    /// Per patch of the domain: size of the smallest cells that gaps and walls may get there, model units.
+    std::vector<double> finest_size;
 };
 
 /// Adapts the initial mesh to the domain. Cells in depth-first order; same input, same bits for any number of

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "domain/box_tree.hpp"
+#include "domain/clip_triangle.hpp"
 #include "domain/domain.hpp"
 #include "mesh/refine_cells.hpp"
 
@@ -37,13 +38,6 @@ class SurfaceElements {
 /// Whether a triangle meets a closed box, by the thirteen axes that can separate them; the box is widened
 /// by a few rounding errors, so that what touches counts. Source: separating axes, Gottschalk et al. 1996.
 bool triangle_meets_box(const std::array<Point, 3>& triangle, const Box& box);
-
-/// The part of a triangle inside a box: weights of its corners at the polygon's vertices. At most 9.
-struct ClippedTriangle {
-    std::array<std::array<double, 3>, 9> weight;
-    int count = 0;
-};
-ClippedTriangle clip_triangle(const std::array<Point, 3>& triangle, const Box& box);
 
 /// Bounding box of a cell of the hierarchy.
 Box node_box(const CellRefinement& refinement, Index node);

@@ -1,5 +1,6 @@
 #include "stages/trim/trim.hpp"
 
+#include "stages/trim/coverage.hpp"
 #include "stages/trim/emit_kept.hpp"
 #include "stages/trim/partial_faces.hpp"
 #include "stages/trim/seeds.hpp"
@@ -141,6 +142,14 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
     report.half_faces = partial.face_rows.size();
     report.half_edges = partial.edges.size();
     output.refine_cells = trimming::cells_to_refine(octree, graph, kept, partial);
+    if (options.seeds.empty()) {
+        trimming::Coverage coverage =
+            trimming::measure_coverage(octree, graph, sides, kept, queries, context.parallel());
+        report.surface_area = coverage.area;
+        report.bare_area = coverage.bare_area;
+        output.bare_spots = std::move(coverage.spots);
+        if (!output.bare_spots.empty()) report.first_bare = output.bare_spots.front().at;
+    }
     Result<HexMesh> mesh = trimming::emit_kept(octree, graph, kept.kept(), output.kept_cell);
     if (!mesh) return mesh.error();
     output.kept = std::move(mesh).value();

@@ -31,6 +31,17 @@ struct TrimOptions {
     PartialFaces partial = PartialFaces::refine;
 };
 
+/// A place of the surface that no kept cell is near.
+struct BareSpot {
+    Point at;
+    Index cell;       ///< of the octree
+    Index patch;      ///< of the domain
+    double area;      ///< of the surface there, within one cell; model units squared
+    double cell_size; ///< of the octree cell there, model units
+    double
+        thickness; ///< of what is to be meshed behind the surface in the cell, at most 4 cells; model units
+};
+
 /// Counts of cells unless said otherwise.
 struct TrimReport {
     std::size_t octree_cells = 0, kept_cells = 0;
@@ -44,10 +55,13 @@ struct TrimReport {
     std::size_t partial_removed = 0;  ///< PartialFaces::remove
     std::size_t parts = 0;            ///< kept; more than the surface has bodies where thin walls were lost
     std::size_t parts_dropped = 0, part_cells_dropped = 0;
-    double kept_volume = 0;     ///< of the kept cells, model units cubed
-    double enclosed_volume = 0; ///< of the surface, overlaps counted twice; 0 where it is not closed
-    std::size_t half_faces = 0; ///< faces, in the mesh as it is left
-    std::size_t half_edges = 0; ///< edges, in the mesh as it is left
+    double kept_volume = 0;      ///< of the kept cells, model units cubed
+    double enclosed_volume = 0;  ///< of the surface, overlaps counted twice; 0 where it is not closed
+    double surface_area = 0;     ///< inside the octree, model units squared
+    double bare_area = 0;        ///< of it, has no kept cell near it; 0 where seeds are given
+    Point first_bare = Point(0); ///< a place there
+    std::size_t half_faces = 0;  ///< faces, in the mesh as it is left
+    std::size_t half_edges = 0;  ///< edges, in the mesh as it is left
     /// Of the surface left, hanging vertices inserted; all 0 where it is a closed manifold, which it is
     /// where nothing is to be refined.
     std::size_t open_edges = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0;
@@ -55,9 +69,11 @@ struct TrimReport {
 };
 
 struct TrimOutput {
-    HexMesh kept;                    ///< cells and vertices in the octree's order; no boundary patches
-    std::vector<Index> kept_cell;    ///< per kept cell: its number in the octree
-    std::vector<Index> refine_cells; ///< cells of the octree that must be refined first; rising
+    HexMesh kept;                     ///< cells and vertices in the octree's order; no boundary patches
+    std::vector<Index> kept_cell;     ///< per kept cell: its number in the octree
+    std::vector<Index> refine_cells;  ///< cells of the octree that must be refined first; rising
+    std::vector<Index> bare_cells;    ///< cells of the octree in which the surface is bare; rising
+    std::vector<BareSpot> bare_spots; ///< by rising cell; one a direction in which the surface faces there
     TrimReport report;
 };
 

@@ -1,0 +1,127 @@
+#include "pipeline/trim_rounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+constexpr int kMostRounds = 12;
+/// Cells are kept all over a wall of at least so many cells; a thinner one is worth a try.
+constexpr double kLeastCells = 0.8, kNeededCells = 1.5;
+constexpr double kLeastCovered = 0.7, kClearlyBare = 0.1;
+constexpr double kWorthTelling = 1e-3;
+/// Cells of a mesh with buffer layers per square of their size on the surface, roughly.
+constexpr double kCellsPerSquare = 4;
+
+HexMesh take_cells(const HexMesh& mesh, const std::vector<Index>& cells) {
+    HexMesh part;
+    std::vector<Index> number(mesh.vertex_count(), kNoIndex);
+    for (Index c : cells) {
+        Cell cell = mesh.cells[c];
+        for (Index& v : cell) {
+            if (number[v] == kNoIndex) {
+                number[v] = static_cast<Index>(part.positions.size());
+                part.positions.push_back(mesh.positions[v]);
+            }
+            v = number[v];
+        }
+        part.cells.push_back(cell);
+        if (!mesh.level.empty()) part.level.push_back(mesh.level[c]);
+    }
+    return part;
+}
+
+/// Cells of bare places that may be halved, and those of their size and larger round them, rising.
+std::vector<Index> choose_bare_cells(const RefineOutput& refined, const std::vector<BareSpot>& spots) {
+    const HexMesh& octree = refined.octree;
+    std::vector<int> level(octree.vertex_count(), -1);
+    for (const BareSpot& spot : spots) {
+        const double finest = refined.finest_size[spot.patch];
+        if (spot.cell_size < 2 * finest * (1 - 1e-6) || spot.thickness < kLeastCells * finest) continue;
+        for (Index v : octree.cells[spot.cell]) level[v] = std::max<int>(level[v], octree.level[spot.cell]);
+    }
+    std::vector<Index> cells;
+    for (Index c = 0; c < octree.cell_count(); ++c) {
+        const Cell& cell = octree.cells[c];
+        if (std::any_of(cell.begin(), cell.end(), [&](Index v) { return level[v] >= octree.level[c]; }))
+            cells.push_back(c);
+    }
+    return cells;
+}
+
+/// Splits the cells; false where that was not possible.
+bool refine_more(RefineOutput& refined, const std::vector<Index>& cells, Context& context) {
+    return !cells.empty() && refine_cells(refined, cells, context).requested > 0;
+}
+
+/// Thickness that only a tenth of the bare surface is below.
+double thickness_of(std::vector<BareSpot> spots) {
+    std::sort(spots.begin(), spots.end(),
+              [](const BareSpot& a, const BareSpot& b) { return a.thickness < b.thickness; });
+    double area = 0, below = 0;
+    for (const BareSpot& spot : spots) area += spot.area;
+    for (const BareSpot& spot : spots)
+        if ((below += spot.area) >= 0.1 * area) return spot.thickness;
+    return 0;
+}
+
+} // namespace
+
+Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
+                                  int& rounds, Context& context, LeakPath* leak) {
+    bool may_cover = true;
+    for (int round = 1;; ++round) {
+        if (round == kMostRounds) options.partial = PartialFaces::remove;
+        std::vector<Index> path;
+        auto trimmed = trim(refined.octree, domain, options, context, &path);
+        ++rounds;
+        if (!trimmed) {
+            if (leak && !path.empty()) leak->cells = take_cells(refined.octree, path);
+            return trimmed;
+        }
+        context.report(
+            "trim", static_cast<double>(round) / kMostRounds,
+            fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
+        if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
+        if (may_cover && round < kMostRounds) {
+            std::vector<Index> cells = choose_bare_cells(refined, trimmed->bare_spots);
+            may_cover = !cells.empty();
+            cells.insert(cells.end(), trimmed->refine_cells.begin(), trimmed->refine_cells.end());
+            std::sort(cells.begin(), cells.end());
+            cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+            if (may_cover && refine_more(refined, cells, context)) continue;
+            may_cover = false;
+        }
+        if (trimmed->refine_cells.empty()) return trimmed;
+        if (!refine_more(refined, trimmed->refine_cells, context)) options.partial = PartialFaces::remove;
+    }
+}
+
+Status check_coverage(const TrimOutput& trimmed) {
+    const TrimReport& report = trimmed.report;
+    const double bare = report.bare_area, area = report.surface_area;
+    const bool volume_lost = report.enclosed_volume > 0 && bare > kClearlyBare * area &&
+                             report.kept_volume < kLeastCovered * report.enclosed_volume;
+    if (bare <= (1 - kLeastCovered) * area && !volume_lost) return Done{};
+    const Point p = report.first_bare;
+    const double thickness = thickness_of(trimmed.bare_spots), size = thickness / kNeededCells;
+    return make_error(
+        ErrorCode::no_valid_mesh, "trim", fmt::format("near ({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z),
+        fmt::format("{:.0f} % of the surface has no cells near it: the model is {:.3g} thick there, the "
+                    "cells are {:.3g}; try --size {:.2g}, or --cells {:.2g}",
+                    100 * bare / area, thickness, trimmed.bare_spots.front().cell_size, size,
+                    kCellsPerSquare * area / (size * size)));
+}
+
+std::string describe_bare_surface(const TrimReport& report) {
+    if (!(report.bare_area > kWorthTelling * report.surface_area)) return {};
+    const Point p = report.first_bare;
+    return fmt::format("{:.2g} % of the surface has no cells near it, first near ({:.6g}, {:.6g}, {:.6g}): "
+                       "smaller cells there (--size, --gap-levels, --cells) may help.",
+                       100 * report.bare_area / report.surface_area, p.x, p.y, p.z);
+}
+
+} // namespace hexopt

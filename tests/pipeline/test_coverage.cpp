@@ -1,0 +1,76 @@
+// What becomes of walls thinner than the cells that were asked for.
+#include "pipeline/mesh_surface.hpp"
+#include "pipeline/trim_rounds.hpp"
+#include "refine/surfaces.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace hexopt;
+
+namespace {
+
+/// A block with a plate beside it, as one surface.
+TriangleSoup block_and_plate(double thickness) {
+    TriangleSoup soup;
+    test::append_box(soup, {0, 0, 0}, {6, 6, 6});
+    test::append_box(soup, {7.3, 0, 0}, {7.3 + thickness, 12, 12});
+    return soup;
+}
+
+RefineOptions cells_of(double size, int gap_levels) {
+    RefineOptions options;
+    options.surface.size = size;
+    options.gap_cells = options.wall_cells = options.feature_cells = 0; // only what trimming finds
+    options.gap_levels = gap_levels;
+    return options;
+}
+
+TrimOutput trim_all(const Domain& domain, const RefineOptions& options) {
+    Context context(1);
+    auto refined = refine(domain, options, context);
+    if (!refined) FAIL(refined.error().one_line());
+    int rounds = 0;
+    auto trimmed = trim_in_rounds(*refined, domain, {}, rounds, context, nullptr);
+    if (!trimmed) FAIL(trimmed.error().one_line());
+    CHECK(rounds > 0);
+    return std::move(trimmed).value();
+}
+
+} // namespace
+
+TEST_CASE("a wall of half a cell is refined until cells follow it, and nothing else is") {
+    const Domain domain = test::make_domain(block_and_plate(0.5));
+    const TrimOutput coarse = trim_all(domain, cells_of(1, 0));
+    CHECK(coarse.report.bare_area > 0.3 * coarse.report.surface_area);
+    const TrimOutput fine = trim_all(domain, cells_of(1, 2));
+    CHECK(fine.report.bare_area == 0);
+    CHECK(fine.report.kept_volume == Approx(6 * 6 * 6 + 144 * 0.5).epsilon(0.3));
+    CHECK(fine.refine_cells.empty());
+    CHECK(fine.report.closed_manifold());
+    CHECK(check_coverage(fine));
+    const auto deepest = [](const HexMesh& mesh) {
+        int level = 0;
+        for (std::size_t c = 0; c < mesh.cell_count(); ++c)
+            if (mesh.positions[mesh.cells[c][0]].x < 4) level = std::max<int>(level, mesh.level[c]);
+        return level;
+    };
+    CHECK(deepest(fine.kept) == deepest(coarse.kept)); // the block keeps its size
+}
+
+TEST_CASE("a wall that no allowed level resolves is left alone and refused") {
+    const Domain domain = test::make_domain(block_and_plate(0.05));
+    const TrimOutput none = trim_all(domain, cells_of(1, 0)), two = trim_all(domain, cells_of(1, 2));
+    CHECK(two.report.octree_cells == none.report.octree_cells);
+    CHECK(two.report.bare_area > 0.3 * two.report.surface_area);
+    CHECK(describe_bare_surface(two.report).find("has no cells near it") != std::string::npos);
+
+    StageClock clock;
+    Context context(1);
+    MeshOptions options;
+    options.refine = cells_of(1, 2);
+    const auto refused = mesh_surface(block_and_plate(0.05), options, clock, context);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == ErrorCode::no_valid_mesh);
+    CHECK(refused.error().one_line().find("0.05 thick") != std::string::npos);
+    CHECK(refused.error().one_line().find("--size 0.033") != std::string::npos);
+}

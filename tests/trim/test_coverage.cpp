@@ -1,0 +1,91 @@
+// How much of a surface trimming says has cells near it.
+#include "refine/surfaces.hpp"
+#include "stages/trim/trim.hpp"
+#include "trim/surface_octree.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace hexopt;
+
+namespace {
+
+Domain box_domain(const Point& low, const Point& high) {
+    TriangleSoup soup;
+    test::append_box(soup, low, high);
+    return test::make_domain(soup);
+}
+
+/// Cells of `size`, whose planes lie at offset * size from the box's low corner.
+TrimOutput trim_box(const Domain& domain, double size, double offset) {
+    const Box box = surface_box(domain.model);
+    const Point extent = box.high - box.low;
+    const double longest = std::max({extent.x, extent.y, extent.z});
+    SurfaceOctree octree = octree_round(box, static_cast<std::uint32_t>(std::lround(longest / size)), offset);
+    const HexMesh mesh = octree.make(0, [](const Point&, double, int) { return false; });
+    Context context(1);
+    Result<TrimOutput> out = trim(mesh, domain, {}, context);
+    if (!out) FAIL(out.error().one_line());
+    return std::move(out).value();
+}
+
+} // namespace
+
+TEST_CASE("a thick box is covered, wherever the cells lie, and its area is known") {
+    const Domain domain = box_domain({0, 0, 0}, {8, 6, 4});
+    for (const double offset : {0.05, 0.2, 0.37, 0.5, 0.63, 0.9}) {
+        CAPTURE(offset);
+        const TrimOutput out = trim_box(domain, 1, offset);
+        CHECK(out.report.surface_area == Approx(2 * (48 + 24 + 32)).epsilon(1e-9));
+        CHECK(out.report.bare_area == 0);
+        CHECK(out.bare_spots.empty());
+    }
+}
+
+TEST_CASE("a thin wall beside a block is bare where no cells are kept, and its thickness is told") {
+    TriangleSoup soup;
+    test::append_box(soup, {0, 0, 0}, {6, 6, 6});
+    test::append_box(soup, {10, 0, 0}, {10.2, 6, 6}); // within one layer of cells, off their centres
+    const Domain domain = test::make_domain(soup);
+    const TrimOutput out = trim_box(domain, 1.02, 0.37);
+    CHECK(out.report.bare_area == Approx(2 * 36 + 4 * 6 * 0.2).epsilon(1e-6));
+    CHECK(out.report.first_bare.x >= 10);
+    REQUIRE_FALSE(out.bare_spots.empty());
+    double area = 0;
+    for (const BareSpot& spot : out.bare_spots) {
+        area += spot.area;
+        CHECK(spot.at.x >= 10);
+        CHECK(spot.at.x <= 10.2);
+        CHECK(spot.thickness == Approx(0.2));
+        CHECK(domain.names[domain.patch_name[spot.patch]].ends_with("_inner"));
+    }
+    CHECK(area == Approx(out.report.bare_area));
+}
+
+TEST_CASE("with seeds only a part of the surface is wanted: nothing counts as bare") {
+    TriangleSoup soup;
+    test::append_box(soup, {0, 0, 0}, {6, 6, 6});
+    test::append_box(soup, {10, 0, 0}, {10.2, 6, 6});
+    const Domain domain = test::make_domain(soup);
+    SurfaceOctree octree = octree_round(surface_box(domain.model), 10);
+    const HexMesh mesh = octree.make(0, [](const Point&, double, int) { return false; });
+    TrimOptions options;
+    options.seeds = {Point(3, 3, 3)};
+    Context context(1);
+    const auto out = trim(mesh, domain, options, context);
+    REQUIRE(out.has_value());
+    CHECK(out->report.surface_area == 0);
+    CHECK(out->bare_spots.empty());
+}
+
+TEST_CASE("cells whose centres lie on the surface go, all of them") {
+    const Domain domain = box_domain({0, 0, 0}, {6, 6, 6});
+    SurfaceOctree octree = octree_round(surface_box(domain.model), 6, 0.5);
+    octree.low += Point(1e-16, 3e-16, -2e-16);
+    const HexMesh mesh = octree.make(0, [](const Point&, double, int) { return false; });
+    Context context(1);
+    const auto out = trim(mesh, domain, {}, context);
+    REQUIRE(out.has_value());
+    CHECK(out->report.kept_cells == 5 * 5 * 5);
+    CHECK(out->report.manifold_removed == 0);
+    CHECK(out->report.bare_area == 0);
+}
