@@ -93,13 +93,15 @@ json trim_json(const TrimReport& r, int rounds) {
 
 json fit_json(const FitReport& r, int rounds) {
     json released = json::array();
-    for (const auto& curve : r.released_curves) released.push_back(curve.curve);
+    for (const auto& curve : r.released_curves)
+        released.push_back({{"curve", curve.curve}, {"reason", fit::name_of(curve.reason)}});
     return {{"rounds", rounds},
             {"corners", r.corners},
             {"captured_corners", r.captured_corners},
             {"curves", r.curves},
             {"captured_curves", r.captured_curves},
             {"released_curves", released},
+            {"followed_length_rel", r.curve_length > 0 ? r.followed_length / r.curve_length : 1.0},
             {"reroutes", r.reroutes},
             {"largest_distance", r.largest_distance}};
 }

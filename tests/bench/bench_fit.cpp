@@ -59,8 +59,8 @@ std::size_t count_folded(const FittedMesh& fitted, const Domain& domain) {
 }
 
 void print_curves(const Domain& domain, const FitReport& report, bool list) {
-    double whole = 0, lost[5] = {};
-    std::size_t count[5] = {};
+    double whole = 0, lost[6] = {};
+    std::size_t count[6] = {};
     for (Index c = 0; c < domain.model.curve_count(); ++c) whole += curve_length(domain, c);
     for (const auto& released : report.released_curves) {
         const auto reason = static_cast<std::size_t>(released.reason);
@@ -80,9 +80,10 @@ void print_curves(const Domain& domain, const FitReport& report, bool list) {
     std::printf("  corners %zu/%zu curves %zu/%zu length %.2f%% released: open %zu (%.2f%%) corner %zu "
                 "(%.2f%%) blocked %zu (%.2f%%) sides %zu (%.2f%%) reroutes %d\n",
                 report.captured_corners, report.corners, report.captured_curves, report.curves,
-                100 - 100 * (lost[1] + lost[2] + lost[3] + lost[4]) / std::max(whole, 1e-300), count[1],
-                100 * lost[1] / whole, count[2], 100 * lost[2] / whole, count[3], 100 * lost[3] / whole,
-                count[4], 100 * lost[4] / whole, report.reroutes);
+                100 * report.followed_length / std::max(whole, 1e-300), count[1], 100 * lost[1] / whole,
+                count[2], 100 * lost[2] / whole, count[3], 100 * lost[3] / whole, count[4],
+                100 * lost[4] / whole, report.reroutes);
+    std::printf("  small %zu (%.2f%%)\n", count[5], 100 * lost[5] / whole);
 }
 
 TrimOutput trim_fully(RefineOutput& refined, const Domain& domain, Context& context) {

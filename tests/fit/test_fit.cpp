@@ -1,8 +1,10 @@
 #include "mesh/hex_reference.hpp"
 #include "mesh/topology.hpp"
 #include "samples/box_mesh.hpp"
+#include "stages/fit/curve_net.hpp"
 #include "stages/fit/fit.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/mat3x3.hpp>
@@ -190,6 +192,103 @@ TEST_CASE("fit: curves closer together than the cells are released and named for
         for (Index v : quad.vertices) centre += 0.25 * fitted->fitted.mesh.positions[v];
         CHECK(domain->model.project_patch(quad.patch, centre).distance < 0.11);
     }
+}
+
+namespace {
+
+/// Ridges lie on their curve and have its two patches beside them.
+void check_ridges(const FittedMesh& result, const Domain& domain) {
+    std::map<std::array<Index, 2>, std::set<Index>> beside;
+    for (const BoundaryQuad& quad : result.mesh.boundary)
+        for (int k = 0; k < 4; ++k) {
+            const auto [a, b] = std::minmax(quad.vertices[k], quad.vertices[(k + 1) % 4]);
+            beside[{a, b}].insert(quad.patch);
+        }
+    for (const auto& ridge : result.ridges) {
+        const auto own = domain.curve_patch[ridge.curve];
+        CHECK(beside.at({ridge.a, ridge.b}) == std::set<Index>(own.begin(), own.end()));
+        for (Index v : {ridge.a, ridge.b})
+            if (result.association[v].kind == EntityKind::curve)
+                CHECK(domain.model.project_curve(ridge.curve, result.mesh.positions[v]).distance < 1e-12);
+    }
+}
+
+/// Box [0, size] whose corner at `size` is cut off by a triangle with legs of length `cut`.
+TriangleSoup make_cut_box(const Point& size, double cut) {
+    TriangleSoup soup = make_box(size);
+    soup.triangles.clear();
+    constexpr Index kCorner = 6;        // of the reference hexahedron: (1, 1, 1)
+    const auto towards = [&](Index v) { // the cut's vertex on the edge from the corner to v
+        const Point d = soup.vertices[kCorner] - soup.vertices[v];
+        return static_cast<Index>(8 + (d.x > 0 ? 0 : d.y > 0 ? 1 : 2));
+    };
+    for (int k = 0; k < 3; ++k) {
+        soup.vertices.push_back(size);
+        soup.vertices.back()[k] -= cut;
+    }
+    for (const auto& f : hex::kFaceVertex) {
+        const auto at = static_cast<std::size_t>(std::find(f.begin(), f.end(), kCorner) - f.begin());
+        std::vector<Index> loop; // from the vertex opposite the corner on, if the corner is there
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Index v = f[(at + 2 + k) % 4];
+            if (v != kCorner) {
+                loop.push_back(v);
+                continue;
+            }
+            loop.push_back(towards(f[(at + 3) % 4]));
+            loop.push_back(towards(f[(at + 1) % 4]));
+        }
+        for (std::size_t k = 1; k + 1 < loop.size(); ++k)
+            soup.triangles.push_back({loop[0], loop[k], loop[k + 1]});
+    }
+    soup.triangles.push_back({8, 9, 10});
+    return soup;
+}
+
+} // namespace
+
+TEST_CASE("fit: curves without vertices at their ends are followed in between") {
+    Context context(1);
+    const Point size(1.1, 0.9, 0.8);
+    const glm::dmat3 turn = rotation(0.27, 0.16);
+    auto domain = build_domain(turned(make_box(size), turn), {}, context);
+    REQUIRE(domain);
+    FitOptions options;
+    options.capture.reach = 1e-3; // no vertex is that near to a corner
+    auto fitted = fit_boundary(make_staircase(size, turn, 45, 0.075), *domain, options, context);
+    REQUIRE(fitted);
+    CHECK(fitted->report.captured_corners == 0);
+    CHECK(fitted->report.captured_curves == 0);
+    CHECK(fitted->report.curve_length == Approx(4 * (1.1 + 0.9 + 0.8)));
+    CHECK(fitted->report.followed_length > 0.6 * fitted->report.curve_length);
+    CHECK(fitted->report.followed_length < fitted->report.curve_length);
+    CHECK(!fitted->refine_cells.empty());
+    check_ridges(fitted->fitted, *domain);
+}
+
+TEST_CASE("fit: a corner stands for those within a cell of it") {
+    Context context(1);
+    const Point size(1.1, 0.9, 0.8);
+    const double h = 0.075;
+    const glm::dmat3 turn = rotation(0.27, 0.16);
+    auto domain = build_domain(turned(make_cut_box(size, 0.3 * h), turn), {}, context);
+    REQUIRE(domain);
+    REQUIRE(domain->open_edges == 0);
+    REQUIRE(domain->model.corner_count() == 10);
+    REQUIRE(domain->model.curve_count() == 15);
+    auto fitted = fit_boundary(make_staircase(size, turn, 45, h), *domain, {}, context);
+    REQUIRE(fitted);
+    CHECK(fitted->report.captured_curves == 12);
+    CHECK(fitted->report.captured_corners == 8);
+    REQUIRE(fitted->report.released_curves.size() == 3);
+    for (const auto& released : fitted->report.released_curves) CHECK(released.reason == fit::Release::small);
+    check_ridges(fitted->fitted, *domain);
+
+    auto large = build_domain(turned(make_cut_box(size, 4 * h), turn), {}, context);
+    REQUIRE(large);
+    const fit::SmallFeatures none = fit::find_small_features(*large, std::vector<double>(10, h));
+    CHECK(std::count(none.too_small.begin(), none.too_small.end(), 1) == 0);
+    for (Index c = 0; c < 10; ++c) CHECK(none.corner[c] == c);
 }
 
 TEST_CASE("fit: a cancelled run ends as such") {

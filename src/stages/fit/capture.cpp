@@ -1,7 +1,5 @@
 #include "stages/fit/capture.hpp"
 
-#include "domain/box_tree.hpp"
-
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -29,36 +27,17 @@ int usable_edges(const SurfaceMesh& surface, Index v) {
 
 /// Vertices within reach of each anchor, with what they cost in units of the local edge length: distance and
 /// a penalty for every edge too few.
-std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const std::vector<Point>& placed,
+std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexTree& tree,
                                        const CurveNet& net, double reach) {
-    Box frame;
-    std::vector<Box> boxes;
-    std::vector<Index> member;
-    for (Index v = 0; v < placed.size(); ++v) {
-        if (surface.hanging[v]) continue;
-        boxes.emplace_back().add(placed[v]);
-        frame.add(placed[v]);
-        member.push_back(v);
-    }
     std::vector<Candidate> candidates;
-    if (boxes.empty()) return candidates;
-    for (const Anchor& anchor : net.anchors) frame.add(anchor.place);
-    BoxTree tree(frame);
-    std::vector<Index> order;
-    const Index root = tree.add_tree(boxes, 0, order);
-    const double widest = *std::max_element(surface.size.begin(), surface.size.end());
     for (Index a = 0; a < net.anchors.size(); ++a) {
-        const double radius2 = reach * widest * reach * widest;
         const auto legs = static_cast<int>(net.anchor_leg[a].size());
         if (legs == 0) continue;
-        tree.visit_near(root, net.anchors[a].place, radius2, [&](Index first, Index last) {
-            for (Index i = first; i < last; ++i) {
-                const Index v = member[order[i]];
-                const double distance = glm::distance(placed[v], net.anchors[a].place) / surface.size[v];
-                if (distance > reach) continue;
-                const int missing = std::max(0, legs - usable_edges(surface, v));
-                candidates.push_back({distance + missing, a, v});
-            }
+        tree.visit_within(net.anchors[a].place, reach * tree.largest_size(), [&](Index v, double distance) {
+            distance /= surface.size[v];
+            if (distance > reach) return;
+            const int missing = std::max(0, legs - usable_edges(surface, v));
+            candidates.push_back({distance + missing, a, v});
         });
     }
     std::sort(candidates.begin(), candidates.end());
@@ -366,10 +345,11 @@ class Router {
 
 } // namespace
 
-Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
-                         const CurveNet& net, const CaptureOptions& options, const Context& context) {
+Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& placed, const VertexTree& tree,
+                         const Domain& domain, const CurveNet& net, const CaptureOptions& options,
+                         const Context& context) {
     Capture capture;
-    const std::vector<Candidate> candidates = find_candidates(surface, placed, net, options.reach);
+    const std::vector<Candidate> candidates = find_candidates(surface, tree, net, options.reach);
     capture.anchor_vertex = capture_anchors(candidates, net.anchors.size(), placed.size());
     capture.path.resize(net.legs.size());
     Router(surface, placed, domain, net, candidates, options, capture).run(context);

@@ -47,22 +47,34 @@ void add_pieces(Index curve, const Leg& whole, CurveNet& net) {
                      cut(whole, k * whole.length() / kPieces, (k + 1) * whole.length() / kPieces)));
 }
 
+/// The legs of one curve, whose ends are where the corners are that stand for its own.
+void add_legs(Index c, const Domain& domain, const SmallFeatures& small, CurveNet& net) {
+    const std::span<const Point> points = domain.model.curve_points(c);
+    std::vector<Point> chain(points.begin(), points.end());
+    std::array<Index, 2> ends = domain.model.curve_ends(c);
+    for (int k = 0; k < 2; ++k) {
+        if (ends[k] == kNoIndex || small.corner[ends[k]] == ends[k]) continue;
+        ends[k] = small.corner[ends[k]];
+        chain.insert(k == 0 ? chain.begin() : chain.end(), domain.model.corner_point(ends[k]));
+    }
+    Leg whole = make_leg(c, ends[0], ends[1], std::move(chain));
+    if (glm::distance(whole.points.front(), whole.points.back()) < kDirect * whole.length())
+        add_pieces(c, whole, net);
+    else
+        net.legs.push_back(std::move(whole));
+}
+
 } // namespace
 
-CurveNet make_curve_net(const Domain& domain) {
+CurveNet make_curve_net(const Domain& domain, const SmallFeatures& small) {
     CurveNet net;
+    net.too_small = small.too_small;
     const BoundaryModel& model = domain.model;
     for (Index c = 0; c < model.corner_count(); ++c)
         net.anchors.push_back({model.corner_point(c), c, kNoIndex});
     for (Index c = 0; c < model.curve_count(); ++c) {
         const auto first = static_cast<Index>(net.legs.size());
-        const std::span<const Point> points = model.curve_points(c);
-        const std::array<Index, 2> ends = model.curve_ends(c);
-        Leg whole = make_leg(c, ends[0], ends[1], {points.begin(), points.end()});
-        if (glm::distance(points.front(), points.back()) < kDirect * whole.length())
-            add_pieces(c, whole, net);
-        else
-            net.legs.push_back(std::move(whole));
+        if (!small.too_small[c]) add_legs(c, domain, small, net);
         net.curve_legs.push_back({first, static_cast<Index>(net.legs.size())});
     }
     std::vector<std::vector<Index>> at(net.anchors.size());

@@ -29,10 +29,22 @@ struct CurveNet {
     std::vector<Anchor> anchors;                  ///< corners first, by number
     std::vector<Leg> legs;                        ///< by curve, in the curve's direction
     Csr<Index> anchor_leg;                        ///< legs at each anchor that are to be captured, rising
-    std::vector<std::array<Index, 2>> curve_legs; ///< per curve: [first, last)
+    std::vector<std::array<Index, 2>> curve_legs; ///< per curve: [first, last); none where it is too small
+    std::vector<std::uint8_t> too_small;          ///< per curve
 };
 
-CurveNet make_curve_net(const Domain& domain);
+/// What is too small for the cells: curves that become a point, and the corner that stands for each corner.
+struct SmallFeatures {
+    std::vector<Index> corner;           ///< per corner: itself, or the one that stands for it
+    std::vector<std::uint8_t> too_small; ///< per curve
+};
+
+/// Finds corners within a cell of one another that short curves join (below half a cell; the sharpest of them
+/// stands for all), and short curves that end inside a patch (below 0.8 cells from a corner of others, 1.2
+/// cells on their own). cell_size: per corner, model units.
+SmallFeatures find_small_features(const Domain& domain, std::span<const double> cell_size);
+
+CurveNet make_curve_net(const Domain& domain, const SmallFeatures& small);
 
 /// Point of a leg at an arc length (clamped).
 Point point_at(const Leg& leg, double arc_length);

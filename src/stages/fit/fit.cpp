@@ -1,11 +1,11 @@
 #include "stages/fit/fit.hpp"
 
-#include "domain/box_tree.hpp"
 #include "mesh/topology.hpp"
 #include "stages/fit/regions.hpp"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <memory>
 
 namespace hexopt {
 
@@ -14,15 +14,17 @@ namespace {
 using namespace fit;
 
 constexpr std::size_t kChunk = 512;
+constexpr double kSurelySharp_deg = 50;
 
-/// Arc lengths of a path's inner vertices: between their closest points and an even spread, with the
-/// difference smoothed so that none overtakes another.
-std::vector<double> spread_path(const Leg& leg, const std::vector<Index>& path, const SurfaceMesh& surface,
-                                const std::vector<Point>& placed) {
+/// Arc lengths of a path's vertices from ends[0] to ends[1]: between their closest points and an even spread,
+/// with the difference smoothed so that none overtakes another.
+std::vector<double> spread_path(const Leg& leg, std::array<double, 2> ends, const std::vector<Index>& path,
+                                const SurfaceMesh& surface, const std::vector<Point>& placed) {
     std::vector<double> even = {0};
     for (std::size_t i = 1; i < path.size(); ++i)
         even.push_back(even.back() + 0.5 * (surface.size[path[i - 1]] + surface.size[path[i]]));
-    for (double& s : even) s *= leg.length() / even.back();
+    const double factor = (ends[1] - ends[0]) / even.back();
+    for (double& s : even) s = ends[0] + s * factor;
     std::vector<double> shift(path.size(), 0);
     for (std::size_t i = 1; i + 1 < path.size(); ++i)
         shift[i] = 0.5 * (closest_arc_length(leg, placed[path[i]]) - even[i]);
@@ -48,8 +50,7 @@ class Fitter {
     Result<FitOutput> run() {
         placed_ = fair_and_project(output_.fitted.mesh, surface_, domain_, options_.fairing, context_);
         if (context_.is_cancelled()) return cancelled();
-        net_ = make_curve_net(domain_);
-        capture_ = capture_features(surface_, placed_, domain_, net_, options_.capture, context_);
+        find_features();
         if (context_.is_cancelled()) return cancelled();
         regions_ = find_regions(surface_, placed_, domain_, net_, capture_, context_);
         associate();
@@ -63,6 +64,21 @@ class Fitter {
 
   private:
     static Error cancelled() { return make_error(ErrorCode::cancelled, "fit", "", "cancelled"); }
+
+    void find_features() {
+        std::vector<Point> places;
+        for (Index k = 0; k < domain_.model.corner_count(); ++k)
+            places.push_back(domain_.model.corner_point(k));
+        tree_ = std::make_unique<VertexTree>(surface_, placed_, places);
+        std::vector<double> cell_size;
+        for (const Point& p : places) {
+            const Index v = tree_->nearest(p);
+            cell_size.push_back(v == kNoIndex ? 0 : surface_.size[v]);
+        }
+        net_ = make_curve_net(domain_, find_small_features(domain_, cell_size));
+        capture_ = capture_features(surface_, placed_, *tree_, domain_, net_, options_.capture, context_);
+        capture_pieces(surface_, placed_, *tree_, domain_, net_, capture_, context_);
+    }
 
     void associate() {
         bound_.assign(surface_.vertex.size(), {});
@@ -90,25 +106,45 @@ class Fitter {
         }
         for (Index a = 0; a < net_.anchors.size(); ++a) {
             const Index v = capture_.anchor_vertex[a], corner = net_.anchors[a].corner;
-            if (v != kNoIndex && corner != kNoIndex && has_kept_curve(corner))
+            if (v != kNoIndex && corner != kNoIndex && is_on_ridge(v))
                 bound_[v] = {EntityKind::corner, corner};
         }
     }
 
-    bool has_kept_curve(Index corner) const {
-        const std::span<const Index> curves = domain_.corner_curve[corner];
-        return std::any_of(curves.begin(), curves.end(), [&](Index c) { return regions_.kept(c); });
+    bool is_on_ridge(Index v) const {
+        const std::span<const Index> edges = surface_.vertex_edge[v];
+        return std::any_of(edges.begin(), edges.end(),
+                           [&](Index e) { return regions_.edge_curve[e] != kNoIndex; });
     }
 
     void place_features() {
         target_ = placed_;
-        for (Index l = 0; l < net_.legs.size(); ++l) {
-            const Leg& leg = net_.legs[l];
-            const std::vector<Index>& path = capture_.path[l];
-            if (path.empty() || !regions_.kept(leg.curve)) continue;
-            const std::vector<double> arc = spread_path(leg, path, surface_, placed_);
-            for (std::size_t i = 0; i < path.size(); ++i) target_[path[i]] = point_at(leg, arc[i]);
+        followed_.resize(net_.legs.size());
+        for (Index l = 0; l < net_.legs.size(); ++l)
+            if (!capture_.path[l].empty()) place_path(l, capture_.path[l], {0, net_.legs[l].length()});
+        for (const Piece& piece : capture_.pieces)
+            place_path(piece.leg, piece.path, {arc_of_end(piece, 0), arc_of_end(piece, 1)});
+    }
+
+    /// Arc length at an end of a piece: an anchor's, or the closest point's.
+    double arc_of_end(const Piece& piece, int end) const {
+        const Leg& leg = net_.legs[piece.leg];
+        const Index v = end == 0 ? piece.path.front() : piece.path.back();
+        if (v == capture_.anchor_vertex[leg.anchor[end]]) return end == 0 ? 0 : leg.length();
+        return closest_arc_length(leg, placed_[v]);
+    }
+
+    void place_path(Index l, const std::vector<Index>& path, std::array<double, 2> ends) {
+        const Leg& leg = net_.legs[l];
+        const std::vector<double> arc = spread_path(leg, ends, path, surface_, placed_);
+        for (std::size_t i = 0; i < path.size(); ++i) {
+            const EntityKind kind = bound_[path[i]].kind;
+            if (kind == EntityKind::curve || kind == EntityKind::corner)
+                target_[path[i]] = point_at(leg, arc[i]);
         }
+        for (std::size_t i = 0; i + 1 < path.size(); ++i)
+            if (regions_.edge_curve[find_edge(surface_, path[i], path[i + 1])] == leg.curve)
+                followed_[l].push_back({arc[i], arc[i + 1]});
     }
 
     void smooth_patches() {
@@ -163,6 +199,13 @@ class Fitter {
         report.corners = domain_.model.corner_count();
         report.curves = domain_.model.curve_count();
         report.reroutes = capture_.reroutes;
+        for (Index l = 0; l < net_.legs.size(); ++l)
+            for (const auto& [from, to] : followed_[l]) report.followed_length += to - from;
+        for (Index c = 0; c < report.curves; ++c) {
+            const std::span<const Point> points = domain_.model.curve_points(c);
+            for (std::size_t i = 1; i < points.size(); ++i)
+                report.curve_length += glm::distance(points[i - 1], points[i]);
+        }
         for (const Association& a : bound_) report.captured_corners += a.kind == EntityKind::corner;
         for (Index c = 0; c < report.curves; ++c)
             if (regions_.kept(c))
@@ -171,17 +214,15 @@ class Fitter {
                 report.released_curves.push_back({c, regions_.released[c]});
     }
 
-    /// Cells with a boundary vertex within two edge lengths of a released curve.
+    /// Cells with a boundary vertex within two edge lengths of a released curve, where no edges follow it.
     void find_cells_to_refine() {
-        if (output_.report.released_curves.empty()) return;
         std::vector<std::uint8_t> near(surface_.vertex.size(), 0);
-        for (Index v = 0; v < near.size(); ++v)
-            for (const FitReport::ReleasedCurve& r : output_.report.released_curves)
-                if (r.reason != Release::open &&
-                    domain_.model.project_curve(r.curve, placed_[v]).distance < 2 * surface_.size[v]) {
-                    near[v] = 1;
-                    break;
-                }
+        for (const FitReport::ReleasedCurve& released : output_.report.released_curves) {
+            if (released.reason == Release::open) continue;
+            if (released.reason == Release::small) mark_small_curve(released.curve, near);
+            const auto [first, last] = net_.curve_legs[released.curve];
+            for (Index l = first; l < last; ++l) mark_lost_parts(l, near);
+        }
         std::vector<Index>& cells = output_.refine_cells;
         for (std::size_t f = 0; f < topology_.boundary_faces.size(); ++f)
             for (Index v : surface_.quad[f])
@@ -190,16 +231,45 @@ class Fitter {
         cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
     }
 
+    /// Asks for finer cells at a small curve that is sharp enough not to be noise of a tessellation.
+    void mark_small_curve(Index c, std::vector<std::uint8_t>& near) const {
+        const CurveAngle& angle = domain_.angle[c];
+        if (std::max(180 - angle.smallest, angle.largest - 180) < kSurelySharp_deg) return;
+        const std::span<const Point> points = domain_.model.curve_points(c);
+        for (const Point& place : {points.front(), points.back()}) {
+            const Index v = tree_->nearest(place);
+            tree_->visit_within(place, 2 * surface_.size[v], [&](Index u, double) { near[u] = 1; });
+        }
+    }
+
+    void mark_lost_parts(Index l, std::vector<std::uint8_t>& near) const {
+        const Leg& leg = net_.legs[l];
+        const auto is_followed = [&](double s) {
+            return std::any_of(followed_[l].begin(), followed_[l].end(),
+                               [&](const auto& part) { return part[0] <= s && s <= part[1]; });
+        };
+        for (double s = 0, step = leg.length(); s <= leg.length(); s += step) {
+            const Point place = point_at(leg, s);
+            const Index v = tree_->nearest(place);
+            if (v == kNoIndex) return;
+            step = std::max(0.5 * surface_.size[v], leg.length() / 1000);
+            if (is_followed(s)) continue;
+            tree_->visit_within(place, 2 * surface_.size[v], [&](Index u, double) { near[u] = 1; });
+        }
+    }
+
     const Domain& domain_;
     const FitOptions& options_;
     Context& context_;
     Topology topology_;
     SurfaceMesh surface_;
+    std::unique_ptr<VertexTree> tree_; ///< of placed_
     CurveNet net_;
     Capture capture_;
     Regions regions_;
     std::vector<Point> placed_, target_;
     std::vector<Association> bound_;
+    std::vector<std::vector<std::array<double, 2>>> followed_; ///< per leg: arc lengths that edges follow
     FitOutput output_;
 };
 

@@ -26,7 +26,9 @@ struct FitReport {
         Index curve;
         fit::Release reason;
     };
-    std::vector<ReleasedCurve> released_curves; ///< not followed by mesh edges
+    std::vector<ReleasedCurve> released_curves; ///< not followed as a whole
+    double curve_length = 0,
+           followed_length = 0;  ///< of all curves and of the parts that mesh edges follow, model units
     double largest_distance = 0; ///< of a boundary vertex to its target before it moved, model units
 };
 

@@ -38,13 +38,16 @@ class RegionFinder {
 
     Regions run() {
         regions_.released.assign(net_.curve_legs.size(), Release::none);
+        dropped_.assign(surface_.edge.size(), 0);
+        for (std::size_t c = 0; c < net_.curve_legs.size(); ++c)
+            if (net_.too_small[c]) regions_.released[c] = Release::small;
         for (std::size_t c = 0; c < net_.curve_legs.size(); ++c)
             for (Index l = net_.curve_legs[c][0]; l < net_.curve_legs[c][1]; ++l)
                 if (capture_.path[l].empty()) regions_.released[c] = why_missing(net_.legs[l]);
         do {
             mark_edges();
             label();
-        } while (release_inconsistent());
+        } while (release_inconsistent() || drop_misfits());
         return std::move(regions_);
     }
 
@@ -58,12 +61,14 @@ class RegionFinder {
 
     void mark_edges() {
         regions_.edge_curve.assign(surface_.edge.size(), kNoIndex);
-        for (Index c = 0; c < net_.curve_legs.size(); ++c) {
-            if (!regions_.kept(c)) continue;
-            for (Index l = net_.curve_legs[c][0]; l < net_.curve_legs[c][1]; ++l)
-                for (std::size_t i = 0; i + 1 < capture_.path[l].size(); ++i)
-                    regions_.edge_curve[find_edge(surface_, capture_.path[l][i], capture_.path[l][i + 1])] =
-                        c;
+        for (Index l = 0; l < net_.legs.size(); ++l) mark_path(capture_.path[l], net_.legs[l].curve);
+        for (const Piece& piece : capture_.pieces) mark_path(piece.path, net_.legs[piece.leg].curve);
+    }
+
+    void mark_path(const std::vector<Index>& path, Index curve) {
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+            const Index e = find_edge(surface_, path[i], path[i + 1]);
+            if (!dropped_[e]) regions_.edge_curve[e] = curve;
         }
     }
 
@@ -80,7 +85,7 @@ class RegionFinder {
     UnionFind connect_patches() const {
         UnionFind sets(domain_.model.patch_count());
         for (Index c = 0; c < domain_.curve_patch.rows(); ++c)
-            if (!regions_.kept(c))
+            if (!regions_.kept(c) && !net_.too_small[c])
                 for (Index p : domain_.curve_patch[c]) sets.join(domain_.curve_patch[c][0], p);
         for (const auto& [p, q] : leaks_) sets.join(p, q);
         return sets;
@@ -221,11 +226,45 @@ class RegionFinder {
         return released;
     }
 
+    /// Drops edges of released curves that have not the curve's own patches beside them, and single edges
+    /// that are left. True if there were any.
+    bool drop_misfits() {
+        bool dropped = false;
+        for (Index e = 0; e < surface_.edge.size(); ++e) {
+            const Index c = regions_.edge_curve[e];
+            if (c == kNoIndex || regions_.kept(c) || (fits(e, c) && !is_single(e, c))) continue;
+            dropped_[e] = 1;
+            dropped = true;
+        }
+        return dropped;
+    }
+
+    bool fits(Index e, Index curve) const {
+        const std::span<const Index> own = domain_.curve_patch[curve];
+        std::array<Index, 2> beside;
+        for (int side = 0; side < 2; ++side) {
+            const Index q = surface_.edge[e].quad[side];
+            beside[side] = regions_.quad_patch[q];
+            if (beside[side] == kNoIndex || offset(q, beside[side]) > kLeak * size_of(q)) return false;
+        }
+        std::sort(beside.begin(), beside.end());
+        return own.size() == 1 ? beside[0] == own[0] && beside[1] == own[0]
+                               : own.size() == 2 && beside[0] == own[0] && beside[1] == own[1];
+    }
+
+    bool is_single(Index e, Index curve) const {
+        for (Index v : {surface_.edge[e].a, surface_.edge[e].b})
+            for (Index f : surface_.vertex_edge[v])
+                if (f != e && regions_.edge_curve[f] == curve) return false;
+        return true;
+    }
+
     const SurfaceMesh& surface_;
     const std::vector<Point>& placed_;
     const Domain& domain_;
     const CurveNet& net_;
     const Capture& capture_;
+    std::vector<std::uint8_t> dropped_; ///< per edge: of a path, but not used
     std::vector<Index> nearest_;
     std::vector<Index> group_;                ///< per quad of a region of several patches: their group
     std::vector<std::array<Index, 2>> leaks_; ///< patches that no captured curve parts
@@ -233,6 +272,11 @@ class RegionFinder {
 };
 
 } // namespace
+
+const char* name_of(Release reason) {
+    constexpr const char* kNames[] = {"none", "open", "corner", "blocked", "sides", "small"};
+    return kNames[static_cast<std::size_t>(reason)];
+}
 
 Regions find_regions(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
                      const CurveNet& net, const Capture& capture, const Context& context) {
