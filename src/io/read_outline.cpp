@@ -1,26 +1,62 @@
 #include "io/read_outline.hpp"
 
+#include "domain/outline_touching.hpp"
 #include "io/file_bytes.hpp"
 #include "io/scanner.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 namespace hexopt {
 
 namespace {
 
 using io_detail::Scanner;
-using Points = std::vector<glm::dvec2>;
 
-constexpr std::size_t kMostPoints = 20000; // the search for crossings is quadratic
+constexpr std::size_t kMostPoints = 1'000'000;
+constexpr double kSeparator = 999; ///< as in files of several elements
+/// Ends of a piece between blank lines that count as closed, and that are certainly open; of the diagonal.
+constexpr double kClosed = 0.05, kOpen = 0.2;
+constexpr double kSamePoint = 1e-9; ///< of the diagonal
 
 Error bad(const std::string& where, std::string reason, std::string advice) {
     return Error{ErrorCode::bad_input, "read", where, {std::move(reason), std::move(advice)}};
 }
 
-bool parse_pair(std::string_view line, glm::dvec2& pair) {
+/// Points in the order of the file.
+struct Piece {
+    std::vector<Point2> points;
+    std::vector<Index> line;
+
+    void append(const Piece& other) {
+        points.insert(points.end(), other.points.begin(), other.points.end());
+        line.insert(line.end(), other.line.begin(), other.line.end());
+    }
+    void reverse() {
+        std::reverse(points.begin(), points.end());
+        std::reverse(line.begin(), line.end());
+    }
+    double diagonal() const {
+        Point2 low = points.front(), high = low;
+        for (const Point2& p : points) {
+            low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+            high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+        }
+        return glm::distance(low, high);
+    }
+    double gap() const { return glm::distance(points.front(), points.back()); }
+};
+
+/// Pieces between blank lines, and those between separators (`end`: one past the last piece of each group).
+struct Pieces {
+    std::vector<Piece> piece;
+    std::vector<std::size_t> end;
+};
+
+bool parse_pair(std::string_view line, Point2& pair) {
     line = line.substr(0, line.find('#'));
     std::string spaced(line);
     std::replace(spaced.begin(), spaced.end(), ',', ' ');
@@ -28,96 +64,174 @@ bool parse_pair(std::string_view line, glm::dvec2& pair) {
     return scanner.read_double(pair.x) && scanner.read_double(pair.y) && scanner.at_end();
 }
 
-bool is_blank(std::string_view line) {
-    return line.substr(0, line.find('#')).find_first_not_of(" \t\r") == std::string_view::npos;
-}
+bool is_blank(std::string_view line) { return line.find_first_not_of(" \t\r") == std::string_view::npos; }
 
-Result<Points> parse_lines(const std::string& file, std::string_view bytes) {
+bool is_comment(std::string_view line) { return is_blank(line.substr(0, line.find('#'))); }
+
+Result<Pieces> parse_lines(const std::string& file, std::string_view bytes) {
     Scanner scanner(file, bytes);
-    Points points;
-    bool may_be_title = true;
-    while (scanner.remaining() > 0) {
+    Pieces pieces;
+    bool may_be_title = true, begins = true;
+    std::size_t count = 0;
+    for (Index line_number = 1; scanner.remaining() > 0; ++line_number) {
         const std::size_t start = scanner.position();
         const std::string_view line = scanner.line();
-        if (is_blank(line)) continue;
-        glm::dvec2 pair;
-        if (parse_pair(line, pair) && std::isfinite(pair.x) && std::isfinite(pair.y))
-            points.push_back(pair);
-        else if (!may_be_title)
+        if (is_blank(line)) begins = true;
+        if (is_comment(line)) continue;
+        Point2 pair;
+        const bool is_point = parse_pair(line, pair) && std::isfinite(pair.x) && std::isfinite(pair.y);
+        if (is_point && pair.x >= kSeparator && pair.y >= kSeparator) {
+            pieces.end.push_back(pieces.piece.size());
+            begins = true;
+        } else if (is_point) {
+            if (begins) pieces.piece.emplace_back();
+            begins = false;
+            pieces.piece.back().points.push_back(pair);
+            pieces.piece.back().line.push_back(line_number);
+        } else if (!may_be_title) {
             return bad(scanner.place(start),
                        fmt::format("'{}' is not two coordinates", io_detail::shown(line)),
                        "give x and y on each line");
+        }
         may_be_title = false;
-        if (points.size() > kMostPoints)
+        if (++count > kMostPoints)
             return bad(scanner.place(start), fmt::format("more than {} points", kMostPoints), "thin it out");
     }
-    return points;
+    pieces.end.push_back(pieces.piece.size());
+    return pieces;
 }
 
 /// Lednicer's form starts with the two counts, which no outline has for a point.
-bool is_two_sided(const Points& points) {
-    if (points.empty()) return false;
-    const auto [upper, lower] = std::pair(points[0].x, points[0].y);
+bool is_two_sided(const Piece& all) {
+    if (all.points.empty()) return false;
+    const auto [upper, lower] = std::pair(all.points[0].x, all.points[0].y);
     return upper == std::floor(upper) && lower == std::floor(lower) && upper >= 2 && lower >= 2 &&
-           upper + lower + 1 == static_cast<double>(points.size());
+           upper + lower + 1 == static_cast<double>(all.points.size());
 }
 
-void join_sides(Points& points) {
-    const auto upper = static_cast<std::ptrdiff_t>(points[0].x);
-    points.erase(points.begin());
-    std::reverse(points.begin(), points.begin() + upper); // now from the tail over the nose to the tail
+void join_sides(Piece& all) {
+    const auto upper = static_cast<std::ptrdiff_t>(all.points[0].x);
+    all.points.erase(all.points.begin());
+    all.line.erase(all.line.begin());
+    std::reverse(all.points.begin(), all.points.begin() + upper); // from the tail over the nose to the tail
+    std::reverse(all.line.begin(), all.line.begin() + upper);
 }
 
-double twice_area(const Points& points) {
-    double sum = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const glm::dvec2 a = points[i] - points[0], b = points[(i + 1) % points.size()] - points[0];
-        sum += a.x * b.y - b.x * a.y;
+Piece join(std::span<const Piece> pieces) {
+    Piece all;
+    for (const Piece& piece : pieces) all.append(piece);
+    return all;
+}
+
+/// What lies between two separators, as loops.
+std::vector<Piece> make_loops(std::span<Piece> pieces) {
+    Piece all = join(pieces);
+    if (is_two_sided(all)) {
+        join_sides(all);
+        return {all};
     }
-    return sum;
-}
-
-double side_of(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p) {
-    return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
-}
-
-/// Number of the first edge that crosses a later one which is not its neighbour, or the number of points.
-std::size_t find_crossing(const Points& points) {
-    const std::size_t n = points.size();
-    const auto next = [n](std::size_t i) { return i + 1 == n ? 0 : i + 1; };
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t k = i + 2; k < n; ++k) {
-            if (next(k) == i) continue;
-            const glm::dvec2 &a = points[i], &b = points[next(i)], &c = points[k], &d = points[next(k)];
-            if (std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
-                std::max(a.y, b.y) < std::min(c.y, d.y) || std::max(c.y, d.y) < std::min(a.y, b.y))
-                continue;
-            if (side_of(a, b, c) * side_of(a, b, d) <= 0 && side_of(c, d, a) * side_of(c, d, b) <= 0)
-                return i;
+    if (pieces.size() == 2) {
+        const double same = kSamePoint * all.diagonal();
+        const auto is_at = [same](const Point2& a, const Point2& b) { return glm::distance(a, b) <= same; };
+        const auto &one = pieces[0].points, &other = pieces[1].points;
+        const bool same_way = is_at(one.front(), other.front()) && is_at(one.back(), other.back());
+        if (same_way && !is_at(one.front(), one.back())) {
+            pieces[1].reverse();
+            return {join(pieces)};
         }
-    return n;
+    }
+    const bool are_closed = std::all_of(pieces.begin(), pieces.end(), [](const Piece& piece) {
+        return piece.points.size() >= 4 && piece.gap() <= kClosed * piece.diagonal();
+    });
+    if (are_closed) return {pieces.begin(), pieces.end()};
+    return {all};
+}
+
+void drop_repeated(Piece& loop) {
+    const double same = kSamePoint * loop.diagonal();
+    Piece kept;
+    for (std::size_t i = 0; i < loop.points.size(); ++i)
+        if (kept.points.empty() || glm::distance(loop.points[i], kept.points.back()) > same) {
+            kept.points.push_back(loop.points[i]);
+            kept.line.push_back(loop.line[i]);
+        }
+    while (kept.points.size() > 1 && glm::distance(kept.points.front(), kept.points.back()) <= same) {
+        kept.points.pop_back();
+        kept.line.pop_back();
+    }
+    loop = std::move(kept);
+}
+
+/// An end far from the beginning is a mistake, not the base of a blunt trailing edge or a polygon's last
+/// side.
+Status check_closed(const Piece& loop, const std::string& file) {
+    double longest = 0;
+    for (std::size_t i = 1; i < loop.points.size(); ++i)
+        longest = std::max(longest, glm::distance(loop.points[i - 1], loop.points[i]));
+    if (loop.gap() <= std::max(kOpen * loop.diagonal(), 2 * longest)) return Done{};
+    return bad(fmt::format("{}:{}", file, loop.line.back()),
+               fmt::format("the outline is open: its end lies {:.3g} from its beginning, line {}", loop.gap(),
+                           loop.line.front()),
+               "repeat the first point at the end if a straight edge is meant");
+}
+
+Result<OutlineLoop> finish_loop(Piece piece, const std::string& file) {
+    const std::string where = fmt::format("{}:{}", file, piece.line.empty() ? 1 : piece.line.front());
+    if (piece.points.empty()) return bad(where, "there is no point", "give x and y on each line");
+    const bool repeats = piece.points.size() > 2 && piece.points.front() == piece.points.back();
+    drop_repeated(piece);
+    const double area = piece.points.size() < 3 ? 0 : twice_area(piece.points);
+    if (std::abs(area) <= kSamePoint * piece.diagonal() * piece.diagonal())
+        return bad(where, "the outline encloses nothing", "give at least three points of a loop");
+    if (!repeats)
+        if (Status closed = check_closed(piece, file); !closed) return closed.error();
+    if (area < 0) piece.reverse();
+    return OutlineLoop{std::move(piece.points), {}, file, std::move(piece.line)};
 }
 
 } // namespace
 
-Result<Points> read_outline(const std::filesystem::path& path, Context& context) {
+bool is_outline_name(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".dat";
+}
+
+Result<Outline> read_outlines(const std::filesystem::path& path, Context& context) {
     const std::string file = path.string();
     const Result<FileBytes> bytes = read_file(path, context);
     if (!bytes) return bytes.error();
-    Result<Points> points = parse_lines(file, bytes->view());
-    if (!points) return points;
-    if (is_two_sided(*points)) join_sides(*points);
-    points->erase(std::unique(points->begin(), points->end()), points->end());
-    while (points->size() > 1 && points->front() == points->back()) points->pop_back();
-    const double area = points->size() < 3 ? 0 : twice_area(*points);
-    if (area == 0) return bad(file, "the outline encloses nothing", "give at least three points of a loop");
-    if (area < 0) std::reverse(points->begin(), points->end());
-    if (const std::size_t edge = find_crossing(*points); edge < points->size())
-        return bad(file,
-                   fmt::format("the outline crosses itself near ({:.6g}, {:.6g})", (*points)[edge].x,
-                               (*points)[edge].y),
-                   "give the points in order round the outline");
-    return points;
+    Result<Pieces> pieces = parse_lines(file, bytes->view());
+    if (!pieces) return pieces.error();
+    Outline outline;
+    std::size_t begin = 0;
+    for (const std::size_t end : pieces->end) {
+        const std::span<Piece> group(pieces->piece.data() + begin, end - begin);
+        begin = end;
+        if (group.empty()) continue;
+        for (Piece& piece : make_loops(group)) {
+            Result<OutlineLoop> loop = finish_loop(std::move(piece), file);
+            if (!loop) return loop.error();
+            outline.loops.push_back(std::move(*loop));
+        }
+    }
+    if (outline.loops.empty()) return bad(file, "there is no point", "give x and y on each line");
+    const std::string stem = path.stem().string();
+    for (std::size_t l = 0; l < outline.loops.size(); ++l) {
+        OutlineLoop& loop = outline.loops[l];
+        loop.patch.assign(loop.points.size(), static_cast<Index>(l));
+        outline.patch_names.push_back(outline.loops.size() == 1 ? stem : fmt::format("{}_{}", stem, l + 1));
+    }
+    if (Status sound = check_touching(outline); !sound) return sound.error();
+    return outline;
+}
+
+Result<std::vector<Point2>> read_outline(const std::filesystem::path& path, Context& context) {
+    Result<Outline> outline = read_outlines(path, context);
+    if (!outline) return outline.error();
+    if (outline->loops.size() > 1)
+        return bad(outline_place(*outline, 1, 0), "a second loop begins", "give a file with one loop");
+    return std::move(outline->loops.front().points);
 }
 
 } // namespace hexopt

@@ -1,5 +1,7 @@
 #include "samples/geometry/solid.hpp"
 
+#include "domain/triangulate_region.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -67,15 +69,6 @@ Point area_vector(const std::vector<Point>& points) {
 
 } // namespace
 
-double twice_area(const std::vector<Point2>& points) {
-    double sum = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Point2 &a = points[i], &b = points[(i + 1) % points.size()];
-        sum += a.x * b.y - b.x * a.y;
-    }
-    return sum;
-}
-
 double signed_volume(const Solid& solid) {
     double six = 0;
     const Point origin = solid.vertices.empty() ? Point(0) : solid.vertices.front();
@@ -86,9 +79,9 @@ double signed_volume(const Solid& solid) {
 }
 
 Result<Solid> extrude(const Extrusion& shape) {
-    std::vector<std::vector<Point2>> holes;
-    for (const Loop& hole : shape.holes) holes.push_back(hole.points);
-    const auto filling = triangulate_region(shape.outer.points, holes);
+    std::vector<std::vector<Point2>> outlines = {shape.outer.points};
+    for (const Loop& hole : shape.holes) outlines.push_back(hole.points);
+    const auto filling = triangulate_region(outlines);
     if (!filling) return filling.error();
 
     Solid solid;
@@ -169,7 +162,7 @@ Result<Solid> loft(const Loft& shape) {
     const Index last = static_cast<Index>(shape.sections.size() - 1) * count;
     for (const bool is_first : {true, false}) {
         const std::vector<Point>& section = is_first ? shape.sections.front() : shape.sections.back();
-        const auto filling = triangulate_region(flatten(section, area_vector(section)), {});
+        const auto filling = triangulate_region({flatten(section, area_vector(section))});
         if (!filling) return filling.error();
         for (const auto& t : *filling)
             is_first ? paint.triangle(t[0], t[2], t[1], shape.first_name)

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "core/result.hpp"
+#include "mesh/outline.hpp"
 #include "mesh/triangle_soup.hpp"
 
 #include <glm/mat4x4.hpp>
-#include <glm/vec2.hpp>
 
 #include <array>
 #include <memory>
@@ -16,7 +16,6 @@
 namespace hexopt::geometry {
 
 using Solid = TriangleSoup;
-using Point2 = glm::dvec2;
 
 /// A simple closed polygon, either sense, the first point not repeated. `names`: of the patch that edge i,
 /// from point i to the next, sweeps out; or one name for all.
@@ -24,9 +23,6 @@ struct Loop {
     std::vector<Point2> points;
     std::vector<std::string> names;
 };
-
-/// Twice the signed area of a polygon, positive where it runs counter-clockwise.
-double twice_area(const std::vector<Point2>& points);
 
 /// A plane figure with holes, swept along z from `low` to `high`. Error (bad_input): loops that cross.
 struct Extrusion {
@@ -63,11 +59,6 @@ Solid transformed(Solid solid, const glm::dmat4& map);
 
 /// Volume enclosed, by the divergence theorem.
 double signed_volume(const Solid& solid);
-
-/// Triangles that fill a region, as indices into the points of the outer loop and then of the holes; counter-
-/// clockwise. Constrained Delaunay; no point is added. Error (bad_input): loops that cross or touch.
-Result<std::vector<std::array<Index, 3>>> triangulate_region(const std::vector<Point2>& outer,
-                                                             const std::vector<std::vector<Point2>>& holes);
 
 /// Union, difference and intersection of solids, exact until the end. Each triangle keeps the name of the one
 /// it is a piece of; patches of the same name become one.
