@@ -78,6 +78,8 @@ struct WriteOptions {
     /// VTU only: cells beside hanging vertices as polyhedra, which makes the mesh conforming for programs
     /// that know nothing of hanging vertices. Such a file is not read again as a mesh of hexahedra.
     bool polyhedra = false;
+    /// OpenFOAM only: patches of the type `empty`, by name: the plane sides of a planar mesh.
+    std::vector<std::string> empty_patches = {};
 };
 
 /// Writes a mesh with its levels, hanging constraints and patches, and arrays on vertices and cells. Of two

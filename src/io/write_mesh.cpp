@@ -202,7 +202,7 @@ Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::s
         select_fields(fields, content);
         if (*format == MeshFormat::openfoam) {
             note_losses(path, "OpenFOAM's polyMesh", content, context);
-            return write_openfoam(path, mesh, options.encoding, context);
+            return write_openfoam(path, mesh, options.encoding, options.empty_patches, context);
         }
         return write_checked(path, content, *format, options, context);
     } catch (const std::bad_alloc&) {

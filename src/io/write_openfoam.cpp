@@ -51,8 +51,9 @@ std::string make_word(const std::string& name, std::set<std::string>& taken) {
 class PolyMeshWriter {
   public:
     PolyMeshWriter(const fs::path& folder, const HexMesh& mesh, const PolyhedralFaces& faces, bool is_binary,
-                   const Context& context)
-        : folder_(folder), mesh_(mesh), faces_(faces), is_binary_(is_binary), context_(context) {}
+                   std::span<const std::string> empty_patches, const Context& context)
+        : folder_(folder), mesh_(mesh), faces_(faces), is_binary_(is_binary), empty_patches_(empty_patches),
+          context_(context) {}
 
     Status write() {
         if (Status status = write_points(); !status) return status;
@@ -161,6 +162,11 @@ class PolyMeshWriter {
         });
     }
 
+    bool is_empty(std::size_t patch) const {
+        return std::find(empty_patches_.begin(), empty_patches_.end(), faces_.patch_names[patch]) !=
+               empty_patches_.end();
+    }
+
     Status write_boundary() {
         return write_file("boundary", "polyBoundaryMesh", "", false, [&](TextWriter& out) {
             const auto& start = faces_.patch_start;
@@ -169,9 +175,9 @@ class PolyMeshWriter {
             std::set<std::string> taken;
             for (std::size_t p = 0; p < count; ++p)
                 out.text(fmt::format(
-                    "    {}\n    {{\n        type            patch;\n        nFaces          {};\n"
+                    "    {}\n    {{\n        type            {};\n        nFaces          {};\n"
                     "        startFace       {};\n    }}\n",
-                    make_word(faces_.patch_names[p], taken), start[p + 1] - start[p], start[p]));
+                    make_word(faces_.patch_names[p], taken), is_empty(p) ? "empty" : "patch", start[p + 1] - start[p], start[p]));
             out.text(")\n");
         });
     }
@@ -192,10 +198,12 @@ class PolyMeshWriter {
     const HexMesh& mesh_;
     const PolyhedralFaces& faces_;
     bool is_binary_;
+    std::span<const std::string> empty_patches_;
     const Context& context_;
 };
 
-Status write_folder(const fs::path& target, const HexMesh& mesh, bool is_binary, Context& context) {
+Status write_folder(const fs::path& target, const HexMesh& mesh, bool is_binary,
+                    std::span<const std::string> empty_patches, Context& context) {
     const Topology topology = compute_topology(mesh, context.parallel());
     const Result<PolyhedralFaces> faces = compute_polyhedral_faces(mesh, topology, context.parallel());
     if (!faces) return faces.error();
@@ -206,7 +214,7 @@ Status write_folder(const fs::path& target, const HexMesh& mesh, bool is_binary,
                      {"too many faces for OpenFOAM's 32-bit labels", "write .vtu instead"}};
     Result<AtomicFolder> folder = AtomicFolder::create(target, mesh_files(), context);
     if (!folder) return folder.error();
-    PolyMeshWriter writer(folder->path(), mesh, *faces, is_binary, context);
+    PolyMeshWriter writer(folder->path(), mesh, *faces, is_binary, empty_patches, context);
     if (Status status = writer.write(); !status) return status;
     return folder->commit();
 }
@@ -220,7 +228,8 @@ fs::path openfoam_folder(const fs::path& path) {
     return {};
 }
 
-Status write_openfoam(const fs::path& path, const HexMesh& mesh, Encoding encoding, Context& context) {
+Status write_openfoam(const fs::path& path, const HexMesh& mesh, Encoding encoding,
+                      std::span<const std::string> empty_patches, Context& context) {
     const fs::path target = openfoam_folder(path);
     try {
         if (target != path && path.extension() == ".foam") {
@@ -230,7 +239,7 @@ Status write_openfoam(const fs::path& path, const HexMesh& mesh, Encoding encodi
                 return make_error(ErrorCode::output_failed, "write", target.parent_path().string(),
                                   "cannot create this folder: " + error.message());
         }
-        if (Status status = write_folder(target, mesh, encoding != Encoding::text, context); !status)
+        if (Status status = write_folder(target, mesh, encoding != Encoding::text, empty_patches, context); !status)
             return status;
         return path.extension() == ".foam" ? write_atomically(path, "", context) : Status(Done{});
     } catch (const std::bad_alloc&) {

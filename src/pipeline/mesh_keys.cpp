@@ -110,6 +110,27 @@ MeshKey box(const char* name, const char* flag, const char* help, Access access)
             }};
 }
 
+MeshKey farfield_key() {
+    MeshKey key = box(
+        "farfield.box", "--farfield",
+        "External flow: mesh between the surface and this box, model units, in the plane 4 numbers; "
+        "none: the surface encloses what is meshed",
+        [](auto& job) -> auto& { return job.options.farfield; });
+    key.type = "X,Y,Z,X,Y,Z|X,Y,X,Y";
+    key.get = [whole = key.get](const MeshJob& job) {
+        const std::optional<Box>& box = job.options.farfield;
+        if (!box || std::isfinite(box->low.z)) return whole(job);
+        return ConfigValue(std::vector<double>{box->low.x, box->low.y, box->high.x, box->high.y});
+    };
+    key.set = [whole = key.set](MeshJob& job, const ConfigValue& value) -> std::string {
+        const auto& x = std::get<std::vector<double>>(value);
+        if (x.size() == 4)
+            return whole(job, std::vector<double>{x[0], x[1], -kInfinity, x[2], x[3], kInfinity});
+        return whole(job, value);
+    };
+    return key;
+}
+
 MeshKey seeds_key() {
     return {"trim.seeds",
             "--seeds",
@@ -293,11 +314,7 @@ std::vector<MeshKey> surface_keys() {
                HEXOPT_FIELD(options.features.corner_turn_deg)),
         yes_no("features.patch_borders", "--patch-borders", "Borders between named patches are features",
                HEXOPT_FIELD(options.features.patch_borders)),
-        box("farfield.box", "--farfield",
-            "External flow: mesh between the surface and this box, model units; none: the surface encloses "
-            "what is "
-            "meshed",
-            HEXOPT_FIELD(options.farfield)),
+        farfield_key(),
     };
 }
 
@@ -342,8 +359,6 @@ std::vector<MeshKey> refine_keys() {
         number("refine.surface_layers", "--surface-layers",
                "Cells round those on the surface that are no larger", {0, 20},
                HEXOPT_FIELD(options.refine.surface_layers)),
-        yes_no("refine.planar", "--planar", "Never split cells along z: slabs one cell thick",
-               HEXOPT_FIELD(options.refine.planar)),
         number("refine.base_size", "--base-size", "Edge of the initial mesh's cells, model units; 0: chosen",
                {0, kInfinity}, HEXOPT_FIELD(options.refine.initial.base_size)),
         initial_cells_key(),

@@ -12,6 +12,13 @@
 
 namespace hexopt {
 
+/// Whether a surface is meshed in the plane, one cell thick (docs/planar.md).
+enum class PlanarChoice : std::uint8_t {
+    automatic, ///< where it is a thin slab
+    yes,       ///< it must be a slab
+    no,
+};
+
 /// What meshing a surface may be told; each stage's own options, and what holds them together.
 struct MeshOptions {
     BoundaryOptions features = [] {
@@ -22,8 +29,10 @@ struct MeshOptions {
     /// Gaps in the surface up to this fraction of its diagonal are closed; 0..0.01.
     double weld_rel = 1e-4;
     /// External flow: a box round the surface, which becomes the outer boundary (patches farfield_x_min,
-    /// ...).
+    /// ...). Planar: without bounds in z, from minus to plus infinity.
     std::optional<Box> farfield;
+    PlanarChoice planar = PlanarChoice::automatic;
+    double thickness = 0; ///< of meshes of outlines, model units; 0: a hundredth of their diagonal
     RefineOptions refine;
     TrimOptions trim;
     FitOptions fit;

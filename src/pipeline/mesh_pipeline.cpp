@@ -1,11 +1,13 @@
 #include "pipeline/mesh_pipeline.hpp"
 
 #include "io/atomic_file.hpp"
-#include "io/write_openfoam.hpp"
+#include "io/read_outline.hpp"
 #include "pipeline/check_outputs.hpp"
 #include "pipeline/mesh_pictures.hpp"
+#include "pipeline/planar_job.hpp"
 #include "render/png.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace hexopt {
@@ -15,8 +17,10 @@ namespace {
 /// Writes what the job asks for. `context` is one that is not cancelled.
 Status write_results(const MeshJob& job, StageClock& clock, MeshJobResult& result, Context& context) {
     const MeshOutcome& outcome = result.outcome;
+    WriteOptions writing = job.write;
+    if (outcome.planar) writing.empty_patches = outcome.planar->empty_patches;
     Status written =
-        clock.run("write", [&] { return write_mesh(job.output, outcome.mesh, {}, job.write, context); });
+        clock.run("write", [&] { return write_mesh(job.output, outcome.mesh, {}, writing, context); });
     if (!written) return written;
     result.written.push_back(job.output);
     if (!job.picture.empty()) {
@@ -52,17 +56,28 @@ Error report_leak(const MeshJob& job, const LeakPath& leak, Error error, Context
     return error;
 }
 
-} // namespace
+Result<MeshOutcome> mesh_outlines(const MeshJob& job, StageClock& clock, Context& context) {
+    if (Status fitting = check_planar_keys(job, true); !fitting) return fitting.error();
+    auto slab = clock.run("read", [&] { return read_outline_slab(job, context); });
+    if (!slab) return slab.error();
+    return mesh_planar(std::move(*slab), job.options, clock, context);
+}
 
-Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
-    if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
-        return status.error();
-    if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
-    StageClock clock;
-    context.report("read", 0);
+/// In space, or in the plane where they are a slab.
+Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context& context) {
     auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, context); });
     if (!surface) return surface.error();
-
+    auto slab = find_slab(*surface, job.options, clock, context);
+    if (!slab) return slab.error();
+    if (*slab) {
+        if (Status fitting = check_planar_keys(job, false); !fitting) return fitting.error();
+        auto outcome = mesh_planar(std::move(**slab), job.options, clock, context);
+        if (outcome && job.options.planar == PlanarChoice::automatic)
+            outcome->notes.insert(outcome->notes.begin(),
+                                  "The surface is a thin slab and was meshed in the plane, one cell thick; "
+                                  "--planar no meshes it in space.");
+        return outcome;
+    }
     MeshOptions options = job.options;
     if (!job.initial_mesh.empty()) {
         auto initial = clock.run("read_initial", [&] { return read_mesh(job.initial_mesh, context); });
@@ -72,6 +87,20 @@ Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
     LeakPath leak;
     auto outcome = mesh_surface(*surface, options, clock, context, &leak);
     if (!outcome && !leak.cells.cells.empty()) return report_leak(job, leak, outcome.error(), context);
+    return outcome;
+}
+
+} // namespace
+
+Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
+    if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
+        return status.error();
+    if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
+    StageClock clock;
+    context.report("read", 0);
+    auto outcome = std::any_of(job.surfaces.begin(), job.surfaces.end(), is_outline_name)
+                       ? mesh_outlines(job, clock, context)
+                       : mesh_surfaces(job, clock, context);
     if (!outcome) return outcome.error();
     MeshJobResult result;
     result.outcome = std::move(*outcome);

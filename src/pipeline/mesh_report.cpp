@@ -129,6 +129,22 @@ json buffer_json(const BufferReport& r) {
             {"skipped", skipped}};
 }
 
+json planar_json(const PlanarReport& r) {
+    return {{"loops", r.loops},
+            {"regions", r.regions.regions},
+            {"dropped_regions", r.regions.dropped_regions},
+            {"dropped_loops", r.regions.dropped_loops},
+            {"z", json::array({r.low, r.high})},
+            {"diagonal", r.diagonal},
+            {"row_cells", r.row.cells},
+            {"corners_by_cells",
+             json::array({r.row.corners[1], r.row.corners[2], r.row.corners[3], r.row.corners[4]})},
+            {"sweeps", r.relax.sweeps},
+            {"moves", r.relax.moves},
+            {"inverted_before", r.relax.before.inverted},
+            {"inverted_after", r.relax.after.inverted}};
+}
+
 } // namespace
 
 nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
@@ -146,6 +162,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"trim", trim_json(o.trim, o.trim_rounds)},
             {"fit", fit_json(o.fit, o.fit_rounds)},
             {"buffer", o.buffer ? buffer_json(*o.buffer) : json(nullptr)},
+            {"planar", o.planar ? planar_json(*o.planar) : json(nullptr)},
             {"quality_before", to_json(o.before)},
             {"quality_after", to_json(o.after)},
             {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},

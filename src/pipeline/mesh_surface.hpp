@@ -3,18 +3,31 @@
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/deviation.hpp"
+#include "domain/outline_regions.hpp"
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/mesh_options.hpp"
 #include "pipeline/prepare_domain.hpp"
 #include "pipeline/settle_mesh.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
+#include "stages/planar/planar.hpp"
 
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace hexopt {
+
+/// What is special to a planar mesh.
+struct PlanarReport {
+    std::size_t loops = 0; ///< of the outline, meshed
+    RegionReport regions;
+    double low = 0, high = 0;               ///< z of the planes
+    double diagonal = 0;                    ///< of the bodies, without the farfield round them
+    std::vector<std::string> empty_patches; ///< the plane sides
+    WallRowReport row;
+    RelaxReport relax; ///< of the last round
+};
 
 /// What became of a surface.
 struct MeshOutcome {
@@ -32,6 +45,7 @@ struct MeshOutcome {
     FitReport fit;
     int fit_rounds = 0; ///< times that the boundary was fitted
     std::optional<BufferReport> buffer;
+    std::optional<PlanarReport> planar; ///< where it was meshed in the plane
     QualityReport before, after;        ///< before and after the optimizer
     std::optional<OptimizeStats> stats; ///< none where cancelled
     SettleReport settle;

@@ -1,5 +1,6 @@
 #include "pipeline/prepare_domain.hpp"
 
+#include <cmath>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
@@ -33,6 +34,9 @@ TriangleSoup add_farfield(TriangleSoup surface, const Box& box) {
 }
 
 Status check_farfield(const TriangleSoup& surface, const Box& box) {
+    if (!std::isfinite(box.low.z) || !std::isfinite(box.high.z))
+        return make_error(ErrorCode::usage, "farfield", "",
+                          "four numbers are for planar meshes: give xmin,ymin,zmin,xmax,ymax,zmax");
     for (int k = 0; k < 3; ++k)
         if (!(box.low[k] < box.high[k]))
             return make_error(ErrorCode::usage, "farfield", "",

@@ -185,7 +185,7 @@ TEST_CASE("polyMesh: replaces an earlier one as a whole, and nothing else") {
     test::spill(folder / "cellZones", "earlier");
 
     test::spill(folder / "notes.txt", "mine");
-    const Status refused = write_openfoam(folder, mesh, Encoding::automatic, context);
+    const Status refused = write_openfoam(folder, mesh, Encoding::automatic, {}, context);
     REQUIRE_FALSE(refused);
     CHECK(refused.error().one_line().find("notes.txt") != std::string::npos);
     CHECK(slurp(folder / "points") == "earlier");
