@@ -419,7 +419,8 @@ std::vector<MeshKey> stage_keys() {
 std::vector<MeshKey> result_keys() {
     return {
         number("optimize.max_deviation", "--max-deviation-rel",
-               "How far vertices may leave the surface where cells need it, as a fraction of the diagonal",
+               "Farthest that vertices may stay off the surface where cells need it, as a fraction of the "
+               "diagonal",
                {0, 0.1}, HEXOPT_FIELD(options.optimize.max_deviation_rel)),
         choice("optimize.effort", "--effort", "A bounded time a cell, or all that the optimizer can do",
                Words<Effort>{{"quick", Effort::quick}, {"normal", Effort::normal}},

@@ -39,13 +39,14 @@ struct MeshOptions {
     int fit_repairs = 3; ///< how often cells round features that fitting could not capture are refined; 0..5
     bool buffers = true;
     BufferOptions buffer;
-    /// max_deviation_rel: the most that vertices round bad cells may leave the surface by (settle_mesh()).
+    /// max_deviation_rel: the farthest that vertices round bad cells may end from the surface (settle_mesh());
+    /// they go no farther than validity asks for, mostly less than a cell.
     OptimizeOptions optimize = [] {
         OptimizeOptions fitted;
         fitted.effort = Effort::quick;
         fitted.fresh_boundary = true;
         fitted.min_sj = 0.3;
-        fitted.max_deviation_rel = 0.01;
+        fitted.max_deviation_rel = 0.1;
         return fitted;
     }();
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on

@@ -49,7 +49,18 @@ json settle_json(const SettleReport& r) {
                          {"bound_to", kKinds[static_cast<int>(v.kind)]},
                          {"distance", v.distance},
                          {"at", json::array({v.position.x, v.position.y, v.position.z})}});
-    return {{"deviation_rel", r.deviation_rel}, {"vertices", r.backed_off_count}, {"worst", worst}};
+    const RetreatReport& back = r.retreat;
+    return {{"deviation_rel", r.deviation_rel},
+            {"vertices", r.backed_off_count},
+            {"worst", worst},
+            {"retreat",
+             {{"bad_before", back.bad_before},
+              {"bad_after", back.bad_after},
+              {"touching_before", back.touching_before},
+              {"touching_after", back.touching_after},
+              {"attempts", back.attempts},
+              {"vertices", back.moved},
+              {"beyond_max", back.beyond_max}}}};
 }
 
 json refine_json(const RefineStats& s) {

@@ -145,7 +145,8 @@ Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions
 
     begin(context, "optimize", kBufferEnd, kOptimizeEnd);
     auto stats = clock.run("optimize", [&] {
-        return settle_mesh(mesh, topology, domain.model, options.optimize, outcome.settle, context);
+        return settle_mesh(mesh, topology, domain.model, fitted.unfitted, options.optimize, outcome.settle,
+                           context);
     });
     const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
     if (!stats && !cancelled) return stats.error();

@@ -1,5 +1,7 @@
 #include "pipeline/settle_mesh.hpp"
 
+#include "stages/optimize/mesh_measure.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
@@ -8,9 +10,6 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kDeviations_rel[] = {3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
-/// Runs with one deviation, each from where the last one ended, while they help.
-constexpr int kRunsAtMost = 4;
 constexpr double kRounding_rel = 1e-9;
 constexpr std::size_t kListed = 20;
 
@@ -39,40 +38,51 @@ void find_backed_off(const HexMesh& mesh, const BoundaryModel& surface, SettleRe
     std::stable_sort(
         report.backed_off.begin(), report.backed_off.end(),
         [](const BackedOffVertex& a, const BackedOffVertex& b) { return a.distance > b.distance; });
+    if (!report.backed_off.empty())
+        report.deviation_rel = report.backed_off.front().distance / surface.diagonal();
     if (report.backed_off.size() > kListed) report.backed_off.resize(kListed);
 }
 
 } // namespace
 
 Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                                  const OptimizeOptions& options, SettleReport& report, Context& context) {
+                                  std::span<const Point> unfitted, const OptimizeOptions& options,
+                                  SettleReport& report, Context& context) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
+    const auto seconds_left = [&] {
+        return options.time_limit_s - std::chrono::duration<double>(Clock::now() - start).count();
+    };
     OptimizeOptions on_surface = options;
     on_surface.max_deviation_rel = 0;
+    on_surface.max_min = options.max_min && options.effort == Effort::normal;
     Result<OptimizeStats> stats = optimize(mesh, topology, &surface, on_surface, context);
     if (!stats) return stats;
-    for (double deviation : kDeviations_rel) {
-        if (report.deviation_rel >= options.max_deviation_rel) break;
-        OptimizeOptions next = on_surface;
-        next.max_deviation_rel = std::min(deviation, options.max_deviation_rel);
-        for (int run = 0; run < kRunsAtMost && stats->bad32_after > 0; ++run) {
-            next.time_limit_s =
-                options.time_limit_s - std::chrono::duration<double>(Clock::now() - start).count();
-            if (!(next.time_limit_s > 0)) break;
-            context.log(LogLevel::debug,
-                        fmt::format("{} bad cells left: they may leave the surface by {:g} of "
-                                    "the diagonal",
-                                    stats->bad32_after, next.max_deviation_rel));
-            report.deviation_rel = next.max_deviation_rel;
-            const std::size_t bad = stats->bad32_after;
-            Result<OptimizeStats> again = optimize(mesh, topology, &surface, next, context);
-            if (!again) return again;
-            add(*stats, std::move(*again));
-            if (stats->bad32_after == bad) break;
-        }
+    if (seconds_left() > 0) {
+        RetreatOptions back;
+        back.unfitted = unfitted;
+        back.max_deviation = options.max_deviation_rel * surface.diagonal();
+        back.time_limit_s = seconds_left();
+        report.retreat = retreat(mesh, topology, surface, back, context);
+    }
+    if (report.retreat.attempts > 0) {
+        const MeshMeasure now = measure_mesh(mesh, mesh.positions, context.parallel());
+        stats->bad8_after = now.bad8;
+        stats->bad32_after = now.bad32;
+        stats->min_sj_after = now.min_sj;
+        stats->restored_input = false;
+    }
+    if (options.max_min && seconds_left() > 0 && !context.is_cancelled()) {
+        OptimizeOptions raise = options;
+        raise.time_limit_s = seconds_left();
+        Result<OptimizeStats> raised = raise_settled(mesh, topology, surface, raise, context);
+        if (!raised) return raised;
+        add(*stats, std::move(*raised));
     }
     find_backed_off(mesh, surface, report);
+    if (context.is_cancelled())
+        return make_error(ErrorCode::cancelled, "optimize", "",
+                          "cancelled; the best state so far is kept in memory");
     return stats;
 }
 

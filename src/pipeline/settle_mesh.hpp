@@ -5,6 +5,7 @@
 #include "domain/boundary_model.hpp"
 #include "mesh/topology.hpp"
 #include "stages/optimize/optimize.hpp"
+#include "stages/optimize/retreat.hpp"
 
 #include <vector>
 
@@ -19,17 +20,21 @@ struct BackedOffVertex {
 };
 
 struct SettleReport {
-    /// Largest of the deviations that were tried, relative to the diagonal; 0: none was needed.
+    /// How far the farthest of them is, relative to the diagonal; 0: all are on what they are bound to.
     double deviation_rel = 0;
     std::size_t backed_off_count = 0;        ///< vertices farther off than rounding
     std::vector<BackedOffVertex> backed_off; ///< the farthest 20 of them, the farthest first
+    RetreatReport retreat;                   ///< what sliding alone left bad, and what was done about it
 };
 
-/// Optimizes a freshly fitted mesh on the surface and features that its vertices are bound to. While cells
-/// stay bad, those round them may leave the surface by more and more (3e-4, 1e-3, 3e-3, ... of the diagonal),
-/// up to options.max_deviation_rel; all else stays on it. `stats` sums up the runs. Errors: those of
-/// optimize(); cancelled leaves in `mesh` the best state so far.
+/// Optimizes a freshly fitted mesh: slides it on the surface and features that its vertices are bound to;
+/// where cells stay bad or the boundary touches itself, goes back to where it was before fitting and comes
+/// home from there as far as all cells stay valid (retreat()); raises the worst cells at the end. unfitted:
+/// FittedMesh::unfitted, may be empty. options.max_deviation_rel: the farthest that a vertex may end from
+/// what it is bound to. `stats` sums up the runs. Errors: those of optimize(); cancelled leaves in `mesh` the
+/// best state so far.
 Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                                  const OptimizeOptions& options, SettleReport& report, Context& context);
+                                  std::span<const Point> unfitted, const OptimizeOptions& options,
+                                  SettleReport& report, Context& context);
 
 } // namespace hexopt

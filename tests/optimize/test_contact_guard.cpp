@@ -1,5 +1,6 @@
 #include "stages/optimize/contact_guard.hpp"
 
+#include "mesh/hanging.hpp"
 #include "mesh/topology.hpp"
 
 #include <catch2/catch.hpp>
@@ -104,4 +105,45 @@ TEST_CASE("a finished boundary is searched for contacts: narrow gaps are none, c
     LetterC crossed;
     crossed.mesh.positions[LetterC::id(3, 2, 0)].y -= 1.4;
     CHECK(count(crossed) >= 2);
+}
+
+TEST_CASE("a quad and the smaller ones along its edge are neighbours, not in contact") {
+    // A unit cube, and on its side x = 1 the lower two of four cubes half as large: a step of 90 degrees at
+    // their edge, in the middle of which a vertex hangs.
+    HexMesh mesh;
+    std::vector<Index> at(5 * 5 * 5, kNoIndex);
+    const auto id = [&](int i, int j, int k) {
+        Index& v = at[static_cast<std::size_t>((k * 5 + j) * 5 + i)];
+        if (v == kNoIndex) {
+            v = static_cast<Index>(mesh.positions.size());
+            mesh.positions.emplace_back(0.5 * i, 0.5 * j, 0.5 * k);
+        }
+        return v;
+    };
+    const auto add = [&](int i, int j, int k, int s) {
+        mesh.cells.push_back({id(i, j, k), id(i + s, j, k), id(i + s, j + s, k), id(i, j + s, k),
+                              id(i, j, k + s), id(i + s, j, k + s), id(i + s, j + s, k + s),
+                              id(i, j + s, k + s)});
+    };
+    add(0, 0, 0, 2);
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j < 2; ++j) add(2, j, k, 1);
+    add(0, 0, 2, 2);
+    const std::array<Index, 2> low{id(2, 0, 0), id(2, 2, 0)}, high{id(2, 0, 2), id(2, 2, 2)},
+        left{id(2, 0, 0), id(2, 0, 2)}, right{id(2, 2, 0), id(2, 2, 2)};
+    const std::array<double, 2> half{0.5, 0.5};
+    Hanging rows;
+    append_row(rows, id(2, 1, 0), low, half);
+    append_row(rows, id(2, 1, 2), high, half);
+    append_row(rows, id(2, 0, 1), left, half);
+    append_row(rows, id(2, 2, 1), right, half);
+    const std::array<Index, 4> all{low[0], low[1], high[0], high[1]};
+    const std::array<double, 4> quarter{0.25, 0.25, 0.25, 0.25};
+    append_row(rows, id(2, 1, 1), all, quarter);
+    auto closed = close_hanging(rows, mesh.vertex_count());
+    REQUIRE(closed);
+    mesh.hanging = std::move(*closed);
+    const Topology topology = compute_topology(mesh);
+    REQUIRE(topology.boundary_faces.size() == 4 + 12 + 5);
+    CHECK(find_boundary_contacts(mesh, topology, Parallel(1)).empty());
 }

@@ -116,7 +116,7 @@ TEST_CASE("settle: cells that cannot be valid on the surface get vertices off it
         options.max_deviation_rel = allowed;
         SettleReport report;
         const auto stats =
-            settle_mesh(swapped, compute_topology(swapped), domain->model, options, report, context);
+            settle_mesh(swapped, compute_topology(swapped), domain->model, {}, options, report, context);
         REQUIRE(stats);
         CHECK(stats->bad32_after <= stats->bad32_before);
         CHECK(report.deviation_rel <= allowed);

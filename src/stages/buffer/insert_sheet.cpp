@@ -161,21 +161,57 @@ class SheetInsertion {
     void run() {
         const std::size_t old_cells = mesh_.cells.size();
         SplitUpdate splits(mesh_, copy_of_);
-        const std::vector<Point> targets = find_targets();
+        const std::vector<Point> targets = find_targets(mesh_.positions);
+        const std::vector<Point> unfitted_targets =
+            mesh_.unfitted.empty() ? std::vector<Point>{} : find_targets(mesh_.unfitted);
         renumber_cells();
         add_cells();
         add_surface();
         add_ridges();
         add_vertices(targets);
+        if (!mesh_.unfitted.empty()) add_unfitted(unfitted_targets);
         splits.finish(old_cells);
     }
 
   private:
     Index inner(Index v) const { return copy_of_[v]; }
 
+    /// Per sheet vertex, where what moves off goes: along the edges of its curve, into the quads of its patch
+    /// or, in the interior, into the cells that go with it.
+    std::vector<Point> find_targets(const std::vector<Point>& positions) const {
+        std::vector<Point> target = find_cell_targets(positions);
+        std::vector<Point> sum(target.size(), Point(0));
+        std::vector<double> count(target.size(), 0);
+        const auto add = [&](Index v, bool goes_with_a, Association along, const Point& at) {
+            if (v >= copy_of_.size() || inner(v) == kNoIndex) return;
+            const std::size_t i = inner(v) - copy_of_.size();
+            const SheetVertex& vertex = plan_.vertices[i];
+            if (vertex.inner_stays == goes_with_a) return;
+            if ((vertex.inner_stays ? vertex.outer : vertex.inner) == along) sum[i] += at, count[i] += 1;
+        };
+        for (Index q = 0; q < plan_.in_b.size(); ++q) {
+            const SurfaceQuad& quad = mesh_.surface[q];
+            const Quad vertices = mesh_.vertices_of(quad.face);
+            Point centre(0);
+            for (Index v : vertices) centre += 0.25 * positions[v];
+            for (Index v : vertices)
+                add(v, plan_.in_a[quad.face.cell] && !plan_.in_b[q], {EntityKind::patch, quad.patch}, centre);
+        }
+        std::vector<std::uint8_t> is_inner(mesh_.ridges.size(), 0);
+        for (Index r : plan_.inner_ridges) is_inner[r] = 1;
+        for (Index r = 0; r < mesh_.ridges.size(); ++r) {
+            const FittedMesh::RidgeEdge& ridge = mesh_.ridges[r];
+            const Point middle = 0.5 * (positions[ridge.a] + positions[ridge.b]);
+            for (Index v : {ridge.a, ridge.b}) add(v, is_inner[r], {EntityKind::curve, ridge.curve}, middle);
+        }
+        for (std::size_t i = 0; i < target.size(); ++i)
+            if (count[i] > 0) target[i] = sum[i] / count[i];
+        return target;
+    }
+
     /// Per sheet vertex: mean centre of the cells that what moves off goes with.
-    std::vector<Point> find_targets() const {
-        const std::size_t first = mesh_.positions.size();
+    std::vector<Point> find_cell_targets(const std::vector<Point>& positions) const {
+        const std::size_t first = positions.size();
         std::vector<Point> sum(plan_.vertices.size(), Point(0));
         std::vector<double> count(plan_.vertices.size(), 0);
         for (Index c = 0; c < plan_.in_a.size(); ++c) {
@@ -183,7 +219,7 @@ class SheetInsertion {
             if (std::none_of(cell.begin(), cell.end(), [&](Index v) { return inner(v) != kNoIndex; }))
                 continue;
             Point centre(0);
-            for (Index v : cell) centre += 0.125 * mesh_.positions[v];
+            for (Index v : cell) centre += 0.125 * positions[v];
             for (Index v : cell) {
                 if (inner(v) == kNoIndex) continue;
                 const std::size_t i = inner(v) - first;
@@ -192,7 +228,7 @@ class SheetInsertion {
             }
         }
         for (std::size_t i = 0; i < sum.size(); ++i)
-            sum[i] = count[i] > 0 ? sum[i] / count[i] : mesh_.positions[plan_.vertices[i].vertex];
+            sum[i] = count[i] > 0 ? sum[i] / count[i] : positions[plan_.vertices[i].vertex];
         return sum;
     }
 
@@ -250,6 +286,17 @@ class SheetInsertion {
             mesh_.association[v.vertex] = v.outer;
             mesh_.association[first + i] = v.inner;
         });
+    }
+
+    void add_unfitted(const std::vector<Point>& targets) {
+        const std::size_t first = mesh_.unfitted.size();
+        mesh_.unfitted.resize(first + targets.size());
+        for (std::size_t i = 0; i < targets.size(); ++i) {
+            const SheetVertex& v = plan_.vertices[i];
+            const Point old = mesh_.unfitted[v.vertex], moved = old + kCopyShift * (targets[i] - old);
+            mesh_.unfitted[v.vertex] = v.inner_stays ? moved : old;
+            mesh_.unfitted[first + i] = v.inner_stays ? old : moved;
+        }
     }
 
     SheetMesh& mesh_;

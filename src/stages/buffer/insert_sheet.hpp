@@ -69,10 +69,10 @@ SheetPlan plan_sheet(const SheetMesh& mesh, const SheetChoice& choice);
 /// between are doubled: cells of A and their boundary quads outside B take the copy; one cell per quad; sides
 /// of these that come to lie on the surface get the patch that A has there. Quads on the fine side count
 /// where levels meet; an edge's midpoint and a quad's centre pass to a copy if the copies of all its parts
-/// exist. A copy starts at 0.4 of the way to the mean of its cells' centres, projected on what it is bound
-/// to. The mesh is unchanged if problems are returned. Source: fitting-notes 4 after Mitchell and Tautges
-/// 1995 (pillowing). Cost: two passes over the cells' vertices, the rest proportional to the sheet and the
-/// surface.
+/// exist. A copy starts at 0.4 of the way to the middle of what it goes with on its curve or patch, or of its
+/// cells, projected on what it is bound to. The mesh is unchanged if problems are returned. Source:
+/// fitting-notes 4 after Mitchell and Tautges 1995 (pillowing). Cost: two passes over the cells' vertices,
+/// the rest proportional to the sheet and the surface.
 std::vector<SheetProblem> insert_sheet(SheetMesh& mesh, const SheetChoice& choice, const BoundaryModel& model,
                                        const Parallel& parallel);
 

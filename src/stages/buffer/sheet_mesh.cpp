@@ -94,6 +94,7 @@ Result<SheetMesh> open_sheet_mesh(const FittedMesh& fitted, const Parallel& para
     const Topology topology = compute_topology(fitted.mesh, parallel);
     SheetMesh mesh;
     mesh.positions = fitted.mesh.positions;
+    mesh.unfitted = fitted.unfitted;
     mesh.cells = fitted.mesh.cells;
     mesh.level = fitted.mesh.level;
     mesh.level.resize(mesh.cells.size());
@@ -122,6 +123,8 @@ Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, const HexMesh& like, const B
     fitted.association = std::move(mesh.association);
     fitted.ridges = std::move(mesh.ridges);
     apply_hanging(fitted.mesh, parallel);
+    fitted.unfitted = std::move(mesh.unfitted);
+    if (!fitted.unfitted.empty()) apply_hanging(fitted.mesh.hanging, fitted.unfitted, parallel);
     return fitted;
 }
 

@@ -59,6 +59,7 @@ struct SurfaceQuad {
 /// A FittedMesh in the form in which sheets are inserted.
 struct SheetMesh {
     std::vector<Point> positions;
+    std::vector<Point> unfitted; ///< as FittedMesh::unfitted
     std::vector<Cell> cells;
     std::vector<std::uint8_t> level; ///< per cell
     std::vector<Association> association;

@@ -169,6 +169,7 @@ class Fitter {
     void write_back() {
         HexMesh& mesh = output_.fitted.mesh;
         output_.fitted.association.assign(mesh.vertex_count(), {});
+        output_.fitted.unfitted = mesh.positions;
         for (std::size_t r = 0; r < mesh.hanging.count(); ++r)
             output_.fitted.association[mesh.hanging.vertex[r]] = {EntityKind::hanging, kNoIndex};
         for (Index v = 0; v < surface_.vertex.size(); ++v) {

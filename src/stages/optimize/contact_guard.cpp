@@ -3,6 +3,7 @@
 #include "domain/box_tree.hpp"
 #include "domain/closest_point.hpp"
 #include "mesh/hex_reference.hpp"
+#include "stages/optimize/boundary_contacts.hpp"
 
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -59,15 +60,9 @@ bool contains(const Quad& quad, Index v) {
     return quad[0] == v || quad[1] == v || quad[2] == v || quad[3] == v;
 }
 
-int shared_vertices(const Quad& a, const Quad& b) {
-    int count = 0;
-    for (Index v : a) count += contains(b, v);
-    return count;
-}
-
-/// Whether a point of quad q is too near to quad r or an edge of q crosses it.
-bool touches(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r, double clearance_rel) {
-    const bool apart = shared_vertices(q, r) == 0;
+/// Whether a point of quad q is too near to quad r or an edge of q crosses it. apart: they share no vertex.
+bool touches(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r, bool apart,
+             double clearance_rel) {
     const double clearance = clearance_rel * std::min(at_q.edge, at_r.edge);
     if (at_r.is_before(at_q.centre, clearance)) return true;
     for (const Point& x : at_q.x)
@@ -126,6 +121,13 @@ ContactGuard::ContactGuard(const HexMesh& mesh, const Topology& topology, std::s
         for (Index q : pair) is_exempt_[q] = 1;
 }
 
+ContactGuard::ContactGuard(const HexMesh& mesh, const Topology& topology, std::span<const Quad> quads,
+                           const Csr<Index>& vertex_quad, ContactLimits contact)
+    : mesh_(mesh), contact_(contact), topology_(topology), quads_(quads), vertex_quad_(vertex_quad),
+      is_candidate_(quads.size(), 1), candidates_(quads.size()), is_exempt_(quads.size(), 0) {
+    for (Index q = 0; q < quads.size(); ++q) candidates_[q] = q;
+}
+
 /// Quads slide on their surface or stay within the deviation of it: only where the surface faces itself
 /// closer than that can they meet.
 void ContactGuard::find_candidates(std::span<const Point> start, double deviation, const Parallel& parallel) {
@@ -140,7 +142,7 @@ void ContactGuard::find_candidates(std::span<const Point> start, double deviatio
     parallel.for_each(quads_.size(), 64, [&](std::size_t q) {
         const Patch at(start, quads_[q]);
         tree.visit_near(at.centre, at.radius + at.edge + 2 * deviation, [&](Index r) {
-            if (r == q || faces[q] || shared_vertices(quads_[q], quads_[r]) > 1) return;
+            if (r == q || faces[q] || shared_vertices(static_cast<Index>(q), r) > 1) return;
             const Patch other(start, quads_[r]);
             faces[q] = can_meet(at, other) || can_meet(other, at);
         });
@@ -150,15 +152,42 @@ void ContactGuard::find_candidates(std::span<const Point> start, double deviatio
         if (is_candidate_[q]) candidates_.push_back(q);
 }
 
+/// Vertices that two quads have in common; what hangs counts as its masters too, so that a quad and the
+/// smaller ones along its edge are neighbours.
+int ContactGuard::shared_vertices(Index a, Index b) const {
+    const Hanging& hanging = mesh_.hanging;
+    const auto has = [&](Index quad, Index vertex) {
+        for (Index v : quads_[quad]) {
+            if (v == vertex) return true;
+            if (hanging.empty() || topology_.hanging_row[v] == kNoIndex) continue;
+            const Index row = topology_.hanging_row[v];
+            for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+                if (hanging.master[k] == vertex) return true;
+        }
+        return false;
+    };
+    int count = 0;
+    for (Index v : quads_[a]) {
+        count += has(b, v);
+        if (hanging.empty() || topology_.hanging_row[v] == kNoIndex || has(b, v)) continue;
+        const Index row = topology_.hanging_row[v];
+        for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+            count += !contains(quads_[a], hanging.master[k]) && contains(quads_[b], hanging.master[k]);
+    }
+    return count;
+}
+
 void ContactGuard::append_facing(std::span<const Point> positions, const QuadTree& tree, Index quad,
                                  std::vector<Pair>& found) const {
     const Patch at(positions, quads_[quad]);
     tree.visit_near(at.centre, at.radius + contact_.clearance_rel * at.edge, [&](Index r) {
-        if (r == quad || shared_vertices(quads_[quad], quads_[r]) > 1) return;
+        if (r == quad) return;
         const Patch other(positions, quads_[r]);
         if (glm::dot(at.normal, other.normal) >= kFacing) return;
-        if (touches(quads_[quad], at, quads_[r], other, contact_.clearance_rel) ||
-            touches(quads_[r], other, quads_[quad], at, contact_.clearance_rel))
+        const int shared = shared_vertices(quad, r);
+        if (shared > 1) return;
+        if (touches(quads_[quad], at, quads_[r], other, shared == 0, contact_.clearance_rel) ||
+            touches(quads_[r], other, quads_[quad], at, shared == 0, contact_.clearance_rel))
             found.push_back({std::min(quad, r), std::max(quad, r)});
     });
 }
@@ -224,13 +253,6 @@ std::vector<ContactGuard::Pair> ContactGuard::find_pairs(std::span<const Point> 
     return pairs;
 }
 
-std::vector<Index> ContactGuard::touching_at_start() const {
-    std::vector<Index> quads;
-    for (Index q = 0; q < is_exempt_.size(); ++q)
-        if (is_exempt_[q]) quads.push_back(q);
-    return quads;
-}
-
 std::vector<Index> ContactGuard::touching(std::span<const Point> positions, std::span<const Index> moved,
                                           const Parallel& parallel) const {
     std::vector<Index> quads;
@@ -243,19 +265,10 @@ std::vector<Index> ContactGuard::touching(std::span<const Point> positions, std:
 
 std::vector<Index> find_boundary_contacts(const HexMesh& mesh, const Topology& topology,
                                           const Parallel& parallel) {
-    std::vector<Quad> quads;
-    std::vector<std::vector<Index>> at(mesh.vertex_count());
-    for (CellFace face : topology.boundary_faces) {
-        for (Index v : face_vertices(mesh, face)) at[v].push_back(static_cast<Index>(quads.size()));
-        quads.push_back(face_vertices(mesh, face));
-    }
-    Csr<Index> vertex_quad;
-    for (const std::vector<Index>& row : at) {
-        vertex_quad.item.insert(vertex_quad.item.end(), row.begin(), row.end());
-        vertex_quad.offset.push_back(vertex_quad.item.size());
-    }
-    const ContactGuard guard(mesh, topology, quads, vertex_quad, mesh.positions, 0, parallel, {1e-3, 0});
-    return guard.touching_at_start();
+    const BoundaryContacts contacts(mesh, topology, kTouching);
+    std::vector<Index> all(contacts.quad_count());
+    for (Index q = 0; q < all.size(); ++q) all[q] = q;
+    return contacts.touching(mesh.positions, all, parallel);
 }
 
 } // namespace hexopt

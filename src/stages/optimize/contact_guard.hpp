@@ -18,6 +18,9 @@ struct ContactLimits {
     double folded_rad = 0.07; ///< least outside angle between two quads at an edge; >= 0
 };
 
+/// When a finished boundary counts as touching itself.
+inline constexpr ContactLimits kTouching{1e-3, 0};
+
 /// Watches that a moving boundary does not close on itself: quads that face one another across the outside
 /// must keep a distance, and two quads at an edge must not fold together. What the
 /// start does already is allowed.
@@ -30,8 +33,9 @@ class ContactGuard {
                  const Csr<Index>& vertex_quad, std::span<const Point> start, double deviation,
                  const Parallel& parallel, ContactLimits contact = {});
 
-    /// Quads in contact at the start; sorted.
-    std::vector<Index> touching_at_start() const;
+    /// Watches all quads, wherever they go, and allows no contact.
+    ContactGuard(const HexMesh& mesh, const Topology& topology, std::span<const Quad> quads,
+                 const Csr<Index>& vertex_quad, ContactLimits contact);
 
     /// Quads in contact with another one, among `moved` (sorted) and their partners; sorted.
     std::vector<Index> touching(std::span<const Point> positions, std::span<const Index> moved,
@@ -46,6 +50,7 @@ class ContactGuard {
     void append_facing(std::span<const Point> positions, const class QuadTree& tree, Index quad,
                        std::vector<Pair>& found) const;
     void append_folded(std::span<const Point> positions, Index quad, std::vector<Pair>& found) const;
+    int shared_vertices(Index a, Index b) const;
     double inner_angle(std::span<const Point> positions, Index a, Index b) const;
 
     const HexMesh& mesh_;

@@ -126,8 +126,8 @@ std::vector<Index> DeviationGuard::violators(std::span<const Point> positions,
     return found;
 }
 
-void DeviationGuard::tighten(std::span<const Point> positions, std::span<const Index> violators, float share,
-                             SurfaceLimits& limits) const {
+void BoundaryGuard::tighten(std::span<const Point> positions, std::span<const Index> violators, float share,
+                            SurfaceLimits& limits) const {
     for (Index v : violators) {
         const auto moved = static_cast<float>(glm::distance(positions[v], limits.start[v]));
         limits.reach[v] = std::min(limits.reach[v], moved) * share;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "stages/optimize/boundary_guard.hpp"
 #include "stages/optimize/contact_guard.hpp"
 #include "stages/optimize/surface_motion.hpp"
 
@@ -11,7 +12,7 @@ namespace hexopt {
 /// sampled places: corners, edge midpoints and centres of the quads against the surface; the vertices'
 /// starting places, where the surface bends, against the quads now around them. Also that the boundary does
 /// not touch itself where it did not at the start (ContactGuard).
-class DeviationGuard {
+class DeviationGuard final : public BoundaryGuard {
   public:
     /// allowed: deviation that is admitted, model units; a quad that deviates more at the start may go on so.
     DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
@@ -21,12 +22,7 @@ class DeviationGuard {
 
     /// Boundary vertices whose quads deviate too far or touch others, among those that `vertices` touch.
     std::vector<Index> violators(std::span<const Point> positions, std::span<const Index> vertices,
-                                 const Parallel& parallel) const;
-
-    /// Narrows the limits of the violators to `share` (0..1) of how far they went, so that their next
-    /// excursion is shorter.
-    void tighten(std::span<const Point> positions, std::span<const Index> violators, float share,
-                 SurfaceLimits& limits) const;
+                                 const Parallel& parallel) const override;
 
     /// Moves vertices that are beyond their range back into it.
     void pull_back(std::span<Point> positions, std::span<const Index> vertices) const;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "stages/optimize/deviation_guard.hpp"
+#include "stages/optimize/boundary_guard.hpp"
 #include "stages/optimize/newton.hpp"
 
 namespace hexopt {
@@ -36,7 +36,7 @@ struct Movement {
     std::vector<std::uint8_t> movable;      ///< per vertex
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
-    const DeviationGuard* guard = nullptr;  ///< with surface
+    const BoundaryGuard* guard = nullptr;   ///< with surface
     std::uint32_t tets = kAllTets;          ///< which tetrahedra count
     std::span<const float> inverse_stretch; ///< see Problem
     double band = 0; ///< how far needy boundary vertices may leave the surface, model units

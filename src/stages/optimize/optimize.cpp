@@ -3,8 +3,8 @@
 #include "domain/boundary_model.hpp"
 #include "stages/optimize/cell_search.hpp"
 #include "stages/optimize/device_driver.hpp"
-#include "stages/optimize/hex_kernels.hpp"
 #include "stages/optimize/infeasible.hpp"
+#include "stages/optimize/mesh_measure.hpp"
 #include "stages/optimize/problem.hpp"
 #include "stages/optimize/robust.hpp"
 #include "stages/optimize/thesis.hpp"
@@ -17,53 +17,6 @@
 namespace hexopt {
 
 namespace {
-
-/// Minima of the scaled Jacobian closer than this are decided by the proportions of the cells, if asked for.
-constexpr double kSameSj = 1e-3;
-
-/// What "never worse" compares, over all cells of the mesh.
-struct MeshMeasure {
-    std::size_t bad8 = 0, bad32 = 0;
-    double min_sj = std::numeric_limits<double>::infinity(), sum_sj = 0;
-    double energy = 0; ///< against target lengths; 0 without
-
-    bool is_not_worse_than(const MeshMeasure& o) const {
-        return bad8 <= o.bad8 && bad32 <= o.bad32 && min_sj >= o.min_sj;
-    }
-    bool is_better_than(const MeshMeasure& o) const {
-        if (bad32 != o.bad32) return bad32 < o.bad32;
-        if (bad8 != o.bad8) return bad8 < o.bad8;
-        if (energy != o.energy && std::abs(min_sj - o.min_sj) < kSameSj) return energy < o.energy;
-        return min_sj != o.min_sj ? min_sj > o.min_sj : sum_sj > o.sum_sj;
-    }
-};
-
-MeshMeasure combine(const MeshMeasure& a, const MeshMeasure& b) {
-    return {a.bad8 + b.bad8, a.bad32 + b.bad32, std::min(a.min_sj, b.min_sj), a.sum_sj + b.sum_sj};
-}
-
-MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, const Parallel& parallel) {
-    static constexpr std::size_t kChunk = 4096;
-    return parallel.reduce(
-        mesh.cell_count(), kChunk, MeshMeasure{},
-        [&](std::size_t begin, std::size_t end) {
-            const std::vector<float> ones(kGroup, 1.0f);
-            const std::vector<std::uint32_t> all(kGroup, ~0u);
-            MeshMeasure sum;
-            HexMeasure lanes;
-            for (std::size_t c = begin; c < end; c += kGroup) {
-                const int count = static_cast<int>(std::min<std::size_t>(kGroup, end - c));
-                hex_kernels().measure(
-                    {positions.data(), &mesh.cells[c], ones.data(), ones.data(), all.data(), count, 1},
-                    lanes);
-                for (int i = 0; i < count; ++i)
-                    sum = combine(sum, {!(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0), lanes.min_sj[i],
-                                        lanes.min_sj[i]});
-            }
-            return sum;
-        },
-        combine);
-}
 
 /// Says which of the cells that are still bad nobody could have mended, given what may move.
 void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
@@ -208,7 +161,7 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     stats.bad32_after = best.bad32;
     stats.min_sj_after = best.min_sj;
     stats.restored_input = !improved;
-    if (best.bad32 > 0 && !budget.exhausted())
+    if (best.bad32 > 0 && !budget.exhausted() && !options.fresh_boundary)
         explain_bad_cells(mesh, topology, surface, options, context.parallel(), stats);
     stats.seconds = budget.seconds();
     if (context.is_cancelled())

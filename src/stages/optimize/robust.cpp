@@ -1,6 +1,7 @@
 #include "stages/optimize/robust.hpp"
 
 #include "stages/optimize/cell_search.hpp"
+#include "stages/optimize/deviation_guard.hpp"
 #include "stages/optimize/max_min.hpp"
 #include "stages/optimize/untangle.hpp"
 
@@ -152,7 +153,7 @@ class RobustRun {
         budget_.context().log(LogLevel::debug, fmt::format("{} poor cells", poor.size()));
         slide(movable_neighbourhood(mesh_, topology_, movement_.movable, poor, kPoorRings));
         keep_if_better_();
-        if (bad_cells().empty() || budget_.exhausted()) return;
+        if (options_.fresh_boundary || bad_cells().empty() || budget_.exhausted()) return;
         const std::vector<std::uint8_t> sliding = movement_.movable;
         untangle_interior();
         movement_.movable = sliding;

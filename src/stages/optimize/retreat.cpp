@@ -1,0 +1,223 @@
+#include "stages/optimize/retreat.hpp"
+
+#include "core/union_find.hpp"
+#include "mesh/hanging.hpp"
+#include "stages/optimize/cell_search.hpp"
+#include "stages/optimize/homecoming.hpp"
+#include "stages/optimize/untangle.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+namespace hexopt {
+
+namespace {
+
+/// Rings of cells round what is bad that go back; the last attempt takes the whole mesh.
+constexpr int kRings[] = {2, 4, 8};
+constexpr int kAttempts = static_cast<int>(std::size(kRings)) + 1;
+/// Rings over which places change from the unfitted to the fitted ones, and rings that move round these.
+constexpr int kBlendRings = 3, kMovingRings = 2;
+/// How firmly the boundary is held to its place while the layers are untangled, in turn.
+constexpr double kPulls[] = {10, 1, 0.1, 0.01};
+constexpr int kUntangleRounds = 12;
+/// A little more than what counts as contact in the end.
+constexpr ContactLimits kClearance{5e-3, 0.02};
+
+class Retreat {
+  public:
+    Retreat(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+            const RetreatOptions& options, Budget& budget)
+        : mesh_(mesh), topology_(topology), surface_(surface), options_(options), budget_(budget),
+          touching_(mesh, topology, kTouching), apart_(mesh, topology, kClearance), fitted_(mesh.positions) {
+        unfitted_.assign(options.unfitted.begin(), options.unfitted.end());
+        if (unfitted_.empty()) unfitted_ = fitted_;
+    }
+
+    RetreatReport run() {
+        std::vector<Index> seeds = find_seeds(report_.bad_before, report_.touching_before);
+        report_.bad_after = report_.bad_before;
+        report_.touching_after = report_.touching_before;
+        bool valid = seeds.empty();
+        for (int attempt = 0; attempt < kAttempts && !valid && !budget_.exhausted(); ++attempt) {
+            ++report_.attempts;
+            go_back(seeds, attempt);
+            valid = untangle();
+            if (valid || attempt + 1 == kAttempts) break;
+            std::size_t bad = 0, touching = 0;
+            for (Index c : find_seeds(bad, touching)) seeds.push_back(c);
+            std::sort(seeds.begin(), seeds.end());
+            seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+        }
+        if (report_.attempts > 0) come_home();
+        return report_;
+    }
+
+  private:
+    std::vector<Index> find_seeds(std::size_t& bad, std::size_t& touching) const {
+        std::vector<Index> cells = find_bad_cells(mesh_, mesh_.positions, budget_.parallel());
+        bad = cells.size();
+        std::vector<Index> all(touching_.quad_count());
+        for (Index q = 0; q < all.size(); ++q) all[q] = q;
+        const std::vector<Index> quads = touching_.touching(mesh_.positions, all, budget_.parallel());
+        touching = quads.size();
+        for (Index q : quads) cells.push_back(topology_.boundary_faces[q].cell);
+        std::sort(cells.begin(), cells.end());
+        cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+        return cells;
+    }
+
+    /// Per vertex: rings of cells away from the seeds, `most` at most.
+    std::vector<int> find_rings(std::span<const Index> seeds, int most) const {
+        std::vector<int> ring(mesh_.vertex_count(), most);
+        std::vector<std::uint8_t> seen(mesh_.cell_count(), 0);
+        std::vector<Index> front(seeds.begin(), seeds.end()), next;
+        for (Index c : front) seen[c] = 1;
+        for (int r = 0; r < most && !front.empty(); ++r) {
+            next.clear();
+            for (Index c : front)
+                for (Index v : mesh_.cells[c]) {
+                    if (ring[v] < most) continue;
+                    ring[v] = r;
+                    for (CellCorner corner : topology_.vertex_cell[v])
+                        if (!seen[corner.cell]) seen[corner.cell] = 1, next.push_back(corner.cell);
+                }
+            front.swap(next);
+        }
+        // What hangs follows its masters, which must come along.
+        const Hanging& hanging = mesh_.hanging;
+        for (std::size_t row = 0; row < hanging.count(); ++row)
+            for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+                ring[hanging.master[k]] = std::min(ring[hanging.master[k]], ring[hanging.vertex[row]]);
+        return ring;
+    }
+
+    /// Puts the neighbourhood of the seeds where it was before fitting, with a gradual passage to the rest.
+    void go_back(std::span<const Index> seeds, int attempt) {
+        const bool whole = attempt + 1 == kAttempts;
+        const int back = whole ? 0 : kRings[attempt], blend = back + kBlendRings, most = blend + kMovingRings;
+        const std::vector<int> ring =
+            whole ? std::vector<int>(mesh_.vertex_count(), 0) : find_rings(seeds, most);
+        const auto bound = surface_.associations();
+        hold_.assign(mesh_.vertex_count(), Hold::fixed);
+        movable_.assign(mesh_.vertex_count(), 0);
+        mesh_.positions = fitted_;
+        report_.moved = 0;
+        for (Index v = 0; v < mesh_.vertex_count(); ++v) {
+            if (ring[v] >= most && !whole) continue;
+            movable_[v] = 1;
+            ++report_.moved;
+            hold_[v] = Hold::home;
+            if (ring[v] >= blend && !whole) {
+                movable_[v] = bound[v].kind != EntityKind::corner;
+                continue;
+            }
+            const double fitted = ring[v] <= back ? 0 : double(ring[v] - back) / (kBlendRings + 1);
+            mesh_.positions[v] = unfitted_[v] + fitted * (fitted_[v] - unfitted_[v]);
+            hold_[v] = Hold::anchored;
+        }
+        apply_hanging(mesh_, budget_.parallel());
+    }
+
+    /// Untangles with the boundary drawn to where it is, less and less firmly.
+    bool untangle() {
+        Problem problem(mesh_, topology_, movable_);
+        problem.update_lengths(mesh_.positions, budget_.parallel());
+        const std::vector<Point> anchor = mesh_.positions;
+        HomeMotion motion(problem, surface_, hold_, anchor);
+        Newton newton(problem, mesh_.positions, &motion, budget_);
+        for (double pull : kPulls) {
+            motion.update(pull);
+            untangle_regularised(newton, kUntangleRounds, budget_);
+            std::size_t bad = 0, touching = 0;
+            find_seeds(bad, touching);
+            budget_.context().log(LogLevel::debug,
+                                  fmt::format("{} vertices back, held by {:g}: {} cells bad, {} quads touch",
+                                              report_.moved, pull, bad, touching));
+            if (bad == 0) return touching == 0;
+            if (budget_.exhausted()) return false;
+        }
+        return false;
+    }
+
+    void come_home() {
+        // Cells that are still bad stay as they are: the barrier knows only valid ones.
+        for (Index c : find_bad_cells(mesh_, mesh_.positions, budget_.parallel()))
+            for (Index v : mesh_.cells[c]) set_fixed(v);
+        for (Index v = 0; v < mesh_.vertex_count(); ++v)
+            if (hold_[v] == Hold::anchored) hold_[v] = Hold::drawn;
+        Problem problem(mesh_, topology_, movable_);
+        Homecoming(problem, surface_, apart_, mesh_.positions, hold_, budget_).run();
+        give_up_beyond_bound(problem);
+        std::size_t bad = 0, touching = 0;
+        find_seeds(bad, touching);
+        if (bad + touching >= report_.bad_before + report_.touching_before) {
+            mesh_.positions = fitted_;
+            return;
+        }
+        report_.bad_after = bad;
+        report_.touching_after = touching;
+    }
+
+    void set_fixed(Index v) {
+        movable_[v] = 0;
+        if (mesh_.hanging.empty() || topology_.hanging_row[v] == kNoIndex) return;
+        const Index row = topology_.hanging_row[v];
+        for (std::size_t k = mesh_.hanging.offset[row]; k < mesh_.hanging.offset[row + 1]; ++k)
+            movable_[mesh_.hanging.master[k]] = 0;
+    }
+
+    /// Connected parts in which a vertex ends farther off than allowed go back to the input.
+    void give_up_beyond_bound(const Problem& problem) {
+        const auto bound = surface_.associations();
+        UnionFind parts(problem.dof_count());
+        for (std::size_t c = 0; c < problem.cell_count(); ++c) {
+            Index first = kNoIndex;
+            for (Index v : problem.cell(c))
+                for (DofShare share : problem.shares(v)) {
+                    if (first == kNoIndex) first = share.dof;
+                    parts.join(first, share.dof);
+                }
+        }
+        std::vector<std::uint8_t> given_up(problem.dof_count(), 0);
+        for (Index d = 0; d < problem.dof_count(); ++d) {
+            const Index v = problem.dof_vertex()[d];
+            if (bound[v].kind == EntityKind::interior || hold_[v] == Hold::home) continue;
+            if (surface_.project(bound[v], mesh_.positions[v]).distance <= options_.max_deviation) continue;
+            ++report_.beyond_max;
+            given_up[parts.find(d)] = 1;
+        }
+        if (report_.beyond_max == 0) return;
+        for (Index d = 0; d < problem.dof_count(); ++d)
+            if (given_up[parts.find(d)]) {
+                const Index v = problem.dof_vertex()[d];
+                mesh_.positions[v] = fitted_[v];
+            }
+        apply_hanging(mesh_, budget_.parallel());
+    }
+
+    HexMesh& mesh_;
+    const Topology& topology_;
+    const BoundaryModel& surface_;
+    const RetreatOptions& options_;
+    Budget& budget_;
+    const BoundaryContacts touching_, apart_;
+    const std::vector<Point> fitted_;
+    std::vector<Point> unfitted_;
+    std::vector<Hold> hold_;
+    std::vector<std::uint8_t> movable_;
+    RetreatReport report_;
+};
+
+} // namespace
+
+RetreatReport retreat(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                      const RetreatOptions& options, Context& context) {
+    OptimizeOptions limits;
+    limits.time_limit_s = options.time_limit_s;
+    Budget budget(limits, context);
+    return Retreat(mesh, topology, surface, options, budget).run();
+}
+
+} // namespace hexopt
