@@ -418,6 +418,9 @@ std::vector<MeshKey> stage_keys() {
 
 std::vector<MeshKey> result_keys() {
     return {
+        number("optimize.repairs", "--repairs",
+               "How often the mesh is refined round cells that are not valid, and made anew", {0, 10},
+               HEXOPT_FIELD(options.repairs)),
         number("optimize.max_deviation", "--max-deviation-rel",
                "Farthest that vertices may stay off the surface where cells need it, as a fraction of the "
                "diagonal",

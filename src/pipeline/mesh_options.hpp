@@ -37,6 +37,9 @@ struct MeshOptions {
     TrimOptions trim;
     FitOptions fit;
     int fit_repairs = 3; ///< how often cells round features that fitting could not capture are refined; 0..5
+    /// How often the octree is refined round cells that are not valid on the surface or where the boundary
+    /// touches itself, and meshed anew, before such places may leave the surface; 0..10.
+    int repairs = 4;
     bool buffers = true;
     BufferOptions buffer;
     /// max_deviation_rel: the farthest that vertices round bad cells may end from the surface (settle_mesh());

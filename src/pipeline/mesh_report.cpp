@@ -117,6 +117,13 @@ json fit_json(const FitReport& r, int rounds) {
             {"largest_distance", r.largest_distance}};
 }
 
+json attempts_json(const std::vector<AttemptCount>& attempts) {
+    json list = json::array();
+    for (const AttemptCount& a : attempts)
+        list.push_back({{"cells", a.cells}, {"failed_cells", a.failed}, {"refined_cells", a.refined}});
+    return list;
+}
+
 json counts_json(const BufferCounts& c) {
     return {{"cells", c.cells},
             {"vertices", c.vertices},
@@ -178,6 +185,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"quality_after", to_json(o.after)},
             {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},
             {"backed_off", settle_json(o.settle)},
+            {"attempts", attempts_json(o.attempts)},
             {"boundary_contacts", o.contacts.size()},
             {"deviation", report::deviation_json(o.deviation)},
             {"stages", report::stages_json(result.times)},

@@ -1,61 +1,20 @@
 #include "pipeline/mesh_surface.hpp"
 
-#include "domain/boundary_model_builder.hpp"
-#include "mesh/validate_structure.hpp"
+#include "pipeline/mesh_attempt.hpp"
+#include "pipeline/mesh_progress.hpp"
+#include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "stages/optimize/contact_guard.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <glm/geometric.hpp>
 
 namespace hexopt {
 
 namespace {
 
-/// Ends of the stages' parts of the run, 0..1.
-constexpr double kSurfaceEnd = 0.05, kTrimEnd = 0.2, kFitEnd = 0.35, kBufferEnd = 0.45, kOptimizeEnd = 0.92,
-                 kMeasureEnd = 0.97;
-
-void begin(Context& context, const char* stage, double low, double high) {
-    context.set_progress_range(low, high);
-    context.report(stage, 0);
-}
-
-/// Fits, and refines where features could not be captured, up to fit_repairs times.
-Result<FittedMesh> fit_domain(RefineOutput refined, const Domain& domain, const MeshOptions& options,
-                              MeshOutcome& outcome, StageClock& clock, Context& context, LeakPath* leak) {
-    for (int repair = 0;; ++repair) {
-        begin(context, "trim", kSurfaceEnd, kTrimEnd);
-        auto trimmed = clock.run("trim", [&] {
-            return trim_in_rounds(refined, domain, options.trim, outcome.trim_rounds, context, leak);
-        });
-        if (!trimmed) return trimmed.error();
-        if (Status covered = check_coverage(*trimmed); !covered) return covered.error();
-        outcome.trim = trimmed->report;
-        begin(context, "fit", kTrimEnd, kFitEnd);
-        auto fitted = clock.run(
-            "fit", [&] { return fit_boundary(std::move(trimmed->kept), domain, options.fit, context); });
-        if (!fitted) return fitted.error();
-        ++outcome.fit_rounds;
-        outcome.fit = fitted->report;
-        std::vector<Index> again;
-        for (Index cell : fitted->refine_cells) again.push_back(trimmed->kept_cell[cell]);
-        std::sort(again.begin(), again.end());
-        const bool may_repair = repair < options.fit_repairs && !again.empty();
-        if (!may_repair || refine_cells(refined, again, context).requested == 0) {
-            outcome.refine = std::move(refined.stats);
-            return std::move(fitted->fitted);
-        }
-    }
-}
-
-void bind_surface(Domain& domain, const FittedMesh& fitted) {
-    std::vector<std::array<Index, 2>> features;
-    for (const FittedMesh::RidgeEdge& ridge : fitted.ridges) features.push_back({ridge.a, ridge.b});
-    BoundaryModelBuilder::bind(domain.model, fitted.association, std::move(features), {},
-                               kQuadTolerance_rel * domain.model.diagonal());
-}
+/// Repairs end where the octree would grow beyond so many times its first size.
+constexpr std::size_t kMostGrowth = 3;
 
 /// From patches of the domain to the input's names; quads without one take that of the nearest patch.
 void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
@@ -132,28 +91,100 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 
-Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions& options,
-                            MeshOutcome& outcome, StageClock& clock, Context& context) {
-    bind_surface(domain, fitted);
-    HexMesh& mesh = outcome.mesh = std::move(fitted.mesh);
-    const Topology topology =
-        clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
-    auto before = clock.run("quality_before", [&] { return compute_quality(mesh, topology, {}, context); });
-    if (!before) return before.error();
-    outcome.before = std::move(*before);
-    outcome.start = mesh.positions;
+/// What the attempts came to, where later ones are kept only if fewer cells fail.
+class Attempts {
+  public:
+    Attempts(const MeshOptions& options, MeshOutcome& outcome) : options_(options), outcome_(outcome) {}
 
-    begin(context, "optimize", kBufferEnd, kOptimizeEnd);
-    auto stats = clock.run("optimize", [&] {
-        return settle_mesh(mesh, topology, domain.model, fitted.unfitted, options.optimize, outcome.settle,
+    /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times.
+    Result<MeshAttempt> run(RefineOutput& refined, Domain& domain, StageClock& clock, Context& context,
+                            LeakPath* leak) {
+        const std::size_t most_cells = kMostGrowth * refined.octree.cell_count();
+        std::optional<MeshAttempt> best;
+        for (int round = 0;; ++round) {
+            auto next = attempt_mesh(refined, domain, options_, counts_, clock, context, leak);
+            if (!next && !best) return next;
+            if (!next) {
+                if (next.error().code == ErrorCode::cancelled) best->stats.reset();
+                break;
+            }
+            const std::vector<Index> near = find_cells_to_refine(refined.octree, *next, most_cells);
+            const bool cancelled = !next->stats;
+            outcome_.attempts.push_back({next->fitted.mesh.cell_count(), next->failed.size(), 0});
+            log(round, *next, context);
+            if (!best || next->failed.size() < best->failed.size()) best = std::move(*next);
+            if (cancelled) best->stats.reset();
+            if (cancelled || best->failed.empty() || near.empty() || round == options_.repairs) break;
+            const RefineCount count = refine_cells(refined, near, context);
+            outcome_.attempts.back().refined = count.requested;
+            if (count.requested == 0) break;
+        }
+        outcome_.refine = refined.stats;
+        outcome_.trim_rounds = counts_.trim_rounds;
+        outcome_.fit_rounds = counts_.fit_rounds;
+        return std::move(*best);
+    }
+
+  private:
+    /// Cells that hold what failed, and a ring round them where so many fit; none: too many.
+    static std::vector<Index> find_cells_to_refine(const HexMesh& octree, const MeshAttempt& attempt,
+                                                   std::size_t most_cells) {
+        for (int rings = 1; rings >= 0; --rings) {
+            std::vector<Index> near = find_cells_round(octree, attempt.fitted.mesh, attempt.failed, rings);
+            if (octree.cell_count() + 7 * near.size() <= most_cells) return near;
+        }
+        return {};
+    }
+
+    void log(int round, const MeshAttempt& attempt, Context& context) const {
+        if (attempt.failed.empty()) return;
+        const Point p = attempt.fitted.mesh.positions[attempt.fitted.mesh.cells[attempt.failed.front()][0]];
+        context.log(LogLevel::debug,
+                    fmt::format("attempt {}: {} of {} cells fail, the first near ({:.6g}, {:.6g}, {:.6g})",
+                                round + 1, attempt.failed.size(), attempt.fitted.mesh.cell_count(), p.x, p.y,
+                                p.z));
+    }
+
+    const MeshOptions& options_;
+    MeshOutcome& outcome_;
+    AttemptCounts counts_;
+};
+
+/// Lets what fails leave the surface, and moves the attempt to the outcome.
+Status settle(MeshAttempt& attempt, Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
+              StageClock& clock, Context& context) {
+    outcome.trim = attempt.trim;
+    outcome.fit = std::move(attempt.fit);
+    outcome.buffer = std::move(attempt.buffer);
+    outcome.start = std::move(attempt.start);
+    outcome.stats = std::move(attempt.stats);
+    outcome.mesh = std::move(attempt.fitted.mesh);
+    if (outcome.attempts.size() > 1)
+        bind_surface(domain, attempt.fitted); // the last attempt need not be the best
+    if (!outcome.stats || attempt.failed.empty()) return Done{};
+    begin_stage(context, "settle", progress::kOptimizeEnd, progress::kSettleEnd);
+    auto stats = clock.run("settle", [&] {
+        return settle_mesh(outcome.mesh, attempt.topology, domain.model, options.optimize, outcome.settle,
                            context);
     });
-    const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
-    if (!stats && !cancelled) return stats.error();
-    if (stats) outcome.stats = std::move(*stats);
+    if (!stats && stats.error().code != ErrorCode::cancelled) return stats.error();
+    if (stats)
+        outcome.stats = std::move(*stats);
+    else
+        outcome.stats.reset();
+    return Done{};
+}
 
-    begin(context, "measure", kOptimizeEnd, kMeasureEnd);
+Status measure(const Domain& domain, const Topology& topology, const MeshOptions& options,
+               MeshOutcome& outcome, StageClock& clock, Context& context) {
+    begin_stage(context, "measure", progress::kSettleEnd, progress::kMeasureEnd);
+    HexMesh& mesh = outcome.mesh;
     Context unhurried(context.parallel().threads(), context.seed()); // measures even after a cancel
+    std::swap(mesh.positions, outcome.start);
+    auto before = clock.run("quality_before", [&] { return compute_quality(mesh, topology, {}, unhurried); });
+    std::swap(mesh.positions, outcome.start);
+    if (!before) return before.error();
+    outcome.before = std::move(*before);
     auto after = clock.run("quality_after", [&] { return compute_quality(mesh, topology, {}, unhurried); });
     if (!after) return after.error();
     outcome.after = std::move(*after);
@@ -163,13 +194,20 @@ Status optimize_and_measure(FittedMesh fitted, Domain& domain, const MeshOptions
     outcome.deviation = *deviation;
     outcome.contacts =
         clock.run("contacts", [&] { return find_boundary_contacts(mesh, topology, unhurried.parallel()); });
-    name_patches(mesh, domain, context.parallel());
     const ValidityCounts& validity = outcome.after.validity;
     const bool is_below = options.target_min_sj && validity.min_scaled_jacobian < *options.target_min_sj;
-    outcome.verdict = cancelled                                           ? ErrorCode::cancelled
+    outcome.verdict = !outcome.stats                                      ? ErrorCode::cancelled
                       : !validity.is_valid() || !outcome.contacts.empty() ? ErrorCode::no_valid_mesh
                       : is_below                                          ? ErrorCode::below_target
                                                                           : ErrorCode::ok;
+    return Done{};
+}
+
+Status check_options(const MeshOptions& options) {
+    if (options.fit_repairs < 0 || options.fit_repairs > 5)
+        return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
+    if (options.repairs < 0 || options.repairs > 10)
+        return make_error(ErrorCode::usage, "optimize", "", "the repairs must lie in 0..10");
     return Done{};
 }
 
@@ -189,7 +227,7 @@ void describe_domain(const PreparedDomain& prepared, MeshOutcome& outcome) {
 
 Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions& options, StageClock& clock,
                                  Context& context, LeakPath* leak) {
-    begin(context, "surface", 0, kSurfaceEnd);
+    begin_stage(context, "surface", 0, progress::kSurfaceEnd);
     auto prepared = prepare_domain(surface, options, clock, context);
     if (!prepared) return prepared.error();
     return mesh_domain(std::move(*prepared), options, clock, context, leak);
@@ -197,28 +235,19 @@ Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions&
 
 Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
                                 Context& context, LeakPath* leak) {
-    if (options.fit_repairs < 0 || options.fit_repairs > 5)
-        return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
+    if (Status ok = check_options(options); !ok) return ok.error();
     MeshOutcome outcome;
     Domain& domain = prepared.domain;
     describe_domain(prepared, outcome);
-    context.set_progress_range(kSurfaceEnd, kSurfaceEnd + 0.05);
+    context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
     auto refined = clock.run("refine", [&] { return refine(domain, options.refine, context); });
     if (!refined) return refined.error();
-    auto fitted = fit_domain(std::move(*refined), domain, options, outcome, clock, context, leak);
-    if (!fitted) return fitted.error();
-    if (options.buffers) {
-        begin(context, "buffer", kFitEnd, kBufferEnd);
-        auto buffered = clock.run(
-            "buffer", [&] { return insert_buffers(std::move(*fitted), domain, options.buffer, context); });
-        if (!buffered) return buffered.error();
-        outcome.buffer = std::move(buffered->report);
-        *fitted = std::move(buffered->fitted);
-    }
-    if (Status sound = require_structure(fitted->mesh, "mesh", context.parallel()); !sound)
-        return sound.error();
-    Status done = optimize_and_measure(std::move(*fitted), domain, options, outcome, clock, context);
-    if (!done) return done.error();
+    auto attempt = Attempts(options, outcome).run(*refined, domain, clock, context, leak);
+    if (!attempt) return attempt.error();
+    if (Status done = settle(*attempt, domain, options, outcome, clock, context); !done) return done.error();
+    if (Status done = measure(domain, attempt->topology, options, outcome, clock, context); !done)
+        return done.error();
+    name_patches(outcome.mesh, domain, context.parallel());
     add_notes(outcome, domain, outcome.notes);
     return outcome;
 }

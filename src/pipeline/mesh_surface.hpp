@@ -29,6 +29,13 @@ struct PlanarReport {
     RelaxReport relax; ///< of the last round
 };
 
+/// One meshing of an octree.
+struct AttemptCount {
+    std::size_t cells = 0;   ///< of the mesh
+    std::size_t failed = 0;  ///< of these not valid on the surface, or where the boundary touches itself
+    std::size_t refined = 0; ///< octree cells split round them for the next attempt
+};
+
 /// What became of a surface.
 struct MeshOutcome {
     /// ok, no_valid_mesh, below_target or cancelled (while optimizing): the mesh is the best state reached.
@@ -43,7 +50,8 @@ struct MeshOutcome {
     TrimReport trim;
     int trim_rounds = 0; ///< times that cells were trimmed
     FitReport fit;
-    int fit_rounds = 0; ///< times that the boundary was fitted
+    int fit_rounds = 0;                 ///< times that the boundary was fitted
+    std::vector<AttemptCount> attempts; ///< more than one: the octree was refined round what failed
     std::optional<BufferReport> buffer;
     std::optional<PlanarReport> planar; ///< where it was meshed in the plane
     QualityReport before, after;        ///< before and after the optimizer
@@ -61,9 +69,10 @@ struct LeakPath {
     HexMesh cells; ///< empty: no leak
 };
 
-/// The flow in memory: refine and trim in turns, fit, buffer, optimize, name patches, measure. Errors: usage
-/// (an option out of range), bad_input (a surface that cannot be meshed; where it leaks *leak gets the path),
-/// out_of_memory, cancelled before the optimizer began.
+/// The flow in memory: refine and trim in turns, fit, buffer, optimize (again from a finer octree while cells
+/// fail), settle, measure, name patches. Errors: usage (an option out of range), bad_input (a surface that
+/// cannot be meshed; where it leaks *leak gets the path), out_of_memory, cancelled before the optimizer
+/// began.
 Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
                                 Context& context, LeakPath* leak = nullptr);
 

@@ -221,3 +221,40 @@ TEST_CASE("a cancelled run leaves the earlier file") {
         CHECK(test::slurp(job.output) == "earlier");
     }
 }
+
+TEST_CASE("larger cells beside smaller ones across a ridge are no contact") {
+    TriangleSoup turned = cube(0, 2);
+    for (Point& p : turned.vertices)
+        p = Point(0.8 * p.x - 0.6 * p.y, 0.48 * p.x + 0.64 * p.y - 0.6 * p.z,
+                  0.36 * p.x + 0.48 * p.y + 0.8 * p.z);
+    MeshOptions options = coarse(1500);
+    RegionTarget corner;
+    corner.shape = RegionShape::sphere;
+    corner.radius = 0.7;
+    corner.target.size = 0.1;
+    options.refine.regions.push_back(corner);
+    const auto outcome = mesh(turned, options);
+    REQUIRE(outcome);
+    CHECK(outcome->contacts.empty());
+    CHECK(outcome->verdict == ErrorCode::ok);
+}
+
+TEST_CASE("where cells fail the octree is refined and meshed anew", "[slow]") {
+    const fs::path model = fs::path(HEXOPT_SHARED_DATA) / "geometry/airplane1.stl";
+    if (!fs::exists(model)) {
+        WARN("skipped: no " << model);
+        return;
+    }
+    Context context(2);
+    const auto surface = read_surface(model, context);
+    REQUIRE(surface);
+    MeshOptions options = coarse(12000);
+    options.optimize.max_deviation_rel = 0;
+    const auto outcome = mesh(*surface, options);
+    REQUIRE(outcome);
+    REQUIRE(!outcome->attempts.empty());
+    std::size_t fewest = outcome->attempts.front().failed;
+    for (const AttemptCount& attempt : outcome->attempts) fewest = std::min(fewest, attempt.failed);
+    CHECK(fewest <= outcome->attempts.front().failed / 10); // 0 when this was written
+    if (fewest == 0) CHECK(outcome->verdict == ErrorCode::ok);
+}

@@ -14,6 +14,9 @@ namespace hexopt {
 namespace {
 
 constexpr double kFacing = 0.3; ///< cosine between normals below which quads face one another
+/// Ends of an edge nearer to a quad's plane, of its edge, are on it: hanging vertices on the edge of a larger
+/// quad are, but for rounding.
+constexpr double kOnPlane_rel = 1e-6;
 
 /// A quad as four triangles round its centre.
 struct Patch {
@@ -48,7 +51,9 @@ struct Patch {
         };
         for (int k = 0; k < 4; ++k) {
             const Point &a = x[k], &b = x[(k + 1) % 4];
-            if (side(a, b, centre, p) * side(a, b, centre, q) >= 0) continue;
+            const double above = side(a, b, centre, p), below = side(a, b, centre, q);
+            const double least = kOnPlane_rel * edge * glm::length(glm::cross(b - a, centre - a));
+            if (above * below >= 0 || std::min(std::abs(above), std::abs(below)) < least) continue;
             const double u = side(p, q, a, b), v = side(p, q, b, centre), w = side(p, q, centre, a);
             if ((u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0)) return true;
         }

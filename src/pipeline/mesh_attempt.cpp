@@ -1,0 +1,114 @@
+#include "pipeline/mesh_attempt.hpp"
+
+#include "domain/boundary_model_builder.hpp"
+#include "mesh/validate_structure.hpp"
+#include "pipeline/mesh_progress.hpp"
+#include "pipeline/trim_rounds.hpp"
+#include "quality/cell_quality.hpp"
+#include "stages/optimize/contact_guard.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+constexpr std::size_t kCellChunk = 1024;
+
+/// Fits, and refines where features could not be captured while repairs are left.
+Status fit_domain(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
+                  AttemptCounts& counts, MeshAttempt& attempt, StageClock& clock, Context& context,
+                  LeakPath* leak) {
+    for (;;) {
+        begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
+        auto trimmed = clock.run("trim", [&] {
+            return trim_in_rounds(refined, domain, options.trim, counts.trim_rounds, context, leak);
+        });
+        if (!trimmed) return trimmed.error();
+        if (Status covered = check_coverage(*trimmed); !covered) return covered.error();
+        attempt.trim = trimmed->report;
+        begin_stage(context, "fit", progress::kTrimEnd, progress::kFitEnd);
+        auto fitted = clock.run(
+            "fit", [&] { return fit_boundary(std::move(trimmed->kept), domain, options.fit, context); });
+        if (!fitted) return fitted.error();
+        ++counts.fit_rounds;
+        attempt.fit = fitted->report;
+        attempt.fitted = std::move(fitted->fitted);
+        std::vector<Index> again;
+        for (Index cell : fitted->refine_cells) again.push_back(trimmed->kept_cell[cell]);
+        std::sort(again.begin(), again.end());
+        if (counts.fit_repairs == options.fit_repairs || again.empty()) return Done{};
+        ++counts.fit_repairs;
+        if (refine_cells(refined, again, context).requested == 0) return Done{};
+    }
+}
+
+Status insert_layers(MeshAttempt& attempt, const Domain& domain, const MeshOptions& options,
+                     StageClock& clock, Context& context) {
+    begin_stage(context, "buffer", progress::kFitEnd, progress::kBufferEnd);
+    auto buffered = clock.run(
+        "buffer", [&] { return insert_buffers(std::move(attempt.fitted), domain, options.buffer, context); });
+    if (!buffered) return buffered.error();
+    attempt.buffer = std::move(buffered->report);
+    attempt.fitted = std::move(buffered->fitted);
+    return Done{};
+}
+
+Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const MeshOptions& options,
+                           StageClock& clock, Context& context) {
+    HexMesh& mesh = attempt.fitted.mesh;
+    attempt.topology = clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
+    attempt.start = mesh.positions;
+    OptimizeOptions on_surface = options.optimize;
+    on_surface.max_deviation_rel = 0;
+    begin_stage(context, "optimize", progress::kBufferEnd, progress::kOptimizeEnd);
+    auto stats = clock.run(
+        "optimize", [&] { return optimize(mesh, attempt.topology, &domain.model, on_surface, context); });
+    if (!stats && stats.error().code != ErrorCode::cancelled) return stats.error();
+    if (stats) attempt.stats = std::move(*stats);
+    return Done{};
+}
+
+} // namespace
+
+void bind_surface(Domain& domain, const FittedMesh& fitted) {
+    std::vector<std::array<Index, 2>> features;
+    for (const FittedMesh::RidgeEdge& ridge : fitted.ridges) features.push_back({ridge.a, ridge.b});
+    BoundaryModelBuilder::bind(domain.model, fitted.association, std::move(features), {},
+                               kQuadTolerance_rel * domain.model.diagonal());
+}
+
+std::vector<Index> find_failed_cells(const HexMesh& mesh, const Topology& topology,
+                                     const Parallel& parallel) {
+    std::vector<std::uint8_t> is_failed(mesh.cell_count(), 0);
+    parallel.for_each(mesh.cell_count(), kCellChunk, [&](std::size_t c) {
+        is_failed[c] = !compute_cell_validity(cell_points(mesh, c)).is_usable();
+    });
+    for (Index face : find_boundary_contacts(mesh, topology, parallel))
+        is_failed[topology.boundary_faces[face].cell] = 1;
+    std::vector<Index> failed;
+    for (Index c = 0; c < mesh.cell_count(); ++c)
+        if (is_failed[c]) failed.push_back(c);
+    return failed;
+}
+
+Result<MeshAttempt> attempt_mesh(RefineOutput& refined, Domain& domain, const MeshOptions& options,
+                                 AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak) {
+    MeshAttempt attempt;
+    if (Status done = fit_domain(refined, domain, options, counts, attempt, clock, context, leak); !done)
+        return done.error();
+    if (options.buffers)
+        if (Status done = insert_layers(attempt, domain, options, clock, context); !done) return done.error();
+    if (Status sound = require_structure(attempt.fitted.mesh, "mesh", context.parallel()); !sound)
+        return sound.error();
+    bind_surface(domain, attempt.fitted);
+    if (Status done = optimize_on_surface(attempt, domain, options, clock, context); !done)
+        return done.error();
+    attempt.failed = clock.run("check", [&] {
+        return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());
+    });
+    return attempt;
+}
+
+} // namespace hexopt

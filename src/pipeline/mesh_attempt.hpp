@@ -1,0 +1,50 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/domain.hpp"
+#include "domain/fitted_mesh.hpp"
+#include "mesh/topology.hpp"
+#include "pipeline/mesh_surface.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace hexopt {
+
+/// One way through the stages from an octree to a mesh on the surface.
+struct MeshAttempt {
+    FittedMesh fitted; ///< its mesh after the optimizer, on the surface wherever it can be
+    Topology topology;
+    std::vector<Point> start;           ///< positions before the optimizer
+    std::optional<OptimizeStats> stats; ///< none where cancelled
+    TrimReport trim;
+    FitReport fit;
+    std::optional<BufferReport> buffer;
+    /// Cells that are not certified valid, concave, or have a face where the boundary touches or crosses
+    /// itself; ascending.
+    std::vector<Index> failed;
+};
+
+/// What attempts on one octree share.
+struct AttemptCounts {
+    int trim_rounds = 0; ///< times that cells were trimmed
+    int fit_rounds = 0;  ///< times that the boundary was fitted
+    int fit_repairs = 0; ///< times that cells at features were refined
+};
+
+/// Trims `refined`, fits its boundary (refining where features could not be captured, as often as
+/// options.fit_repairs leaves), inserts buffers and optimizes on the surface, to which domain.model is then
+/// bound. `refined` is left as it was trimmed last. Errors: bad_input (*leak gets the path where the
+/// surface leaks), out_of_memory, cancelled before the optimizer began.
+Result<MeshAttempt> attempt_mesh(RefineOutput& refined, Domain& domain, const MeshOptions& options,
+                                 AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak);
+
+/// Binds domain.model to the vertices of a fitted mesh.
+void bind_surface(Domain& domain, const FittedMesh& fitted);
+
+/// Cells that are concave or not certified valid, or have a face where the boundary touches or crosses
+/// itself; ascending, each once.
+std::vector<Index> find_failed_cells(const HexMesh& mesh, const Topology& topology, const Parallel& parallel);
+
+} // namespace hexopt

@@ -1,0 +1,52 @@
+#include "pipeline/repair_cells.hpp"
+
+#include <catch2/catch.hpp>
+#include <numeric>
+
+using namespace hexopt;
+
+namespace {
+
+/// n*n*n unit cells, x fastest.
+HexMesh grid(Index n) {
+    HexMesh mesh;
+    for (Index k = 0; k <= n; ++k)
+        for (Index j = 0; j <= n; ++j)
+            for (Index i = 0; i <= n; ++i) mesh.positions.emplace_back(i, j, k);
+    const auto at = [n](Index i, Index j, Index k) { return i + (n + 1) * (j + (n + 1) * k); };
+    for (Index k = 0; k < n; ++k)
+        for (Index j = 0; j < n; ++j)
+            for (Index i = 0; i < n; ++i)
+                mesh.cells.push_back({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
+                                      at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
+                                      at(i, j + 1, k + 1)});
+    return mesh;
+}
+
+HexMesh shifted(HexMesh mesh, double scale, Point by) {
+    for (Point& p : mesh.positions) p = scale * p + by;
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("cells round a cell are those that hold its vertices, and rings of neighbours") {
+    const HexMesh octree = grid(9);
+    const HexMesh small = shifted(grid(1), 0.2, Point(4.4)); // inside the middle cell
+    const std::vector<Index> cell{0};
+    const Index middle = 4 + 9 * (4 + 9 * 4);
+    CHECK(find_cells_round(octree, small, cell, 0) == std::vector<Index>{middle});
+    CHECK(find_cells_round(octree, small, cell, 1).size() == 27);
+    CHECK(find_cells_round(octree, small, cell, 2).size() == 125);
+    CHECK(find_cells_round(octree, small, {}, 1).empty());
+}
+
+TEST_CASE("a cell across several finds each, one outside none") {
+    const HexMesh octree = grid(5);
+    const std::vector<Index> cell{0};
+    CHECK(find_cells_round(octree, shifted(grid(1), 1, Point(1.5)), cell, 0).size() == 8);
+    CHECK(find_cells_round(octree, shifted(grid(1), 1, Point(7)), cell, 3).empty());
+    std::vector<Index> all(octree.cell_count());
+    std::iota(all.begin(), all.end(), 0);
+    CHECK(find_cells_round(octree, shifted(octree, 0.98, Point(0.05)), all, 0) == all);
+}
