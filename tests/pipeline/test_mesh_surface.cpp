@@ -145,7 +145,7 @@ TEST_CASE("external flow: the box becomes the outer boundary") {
 TEST_CASE("without buffers and repairs the flow is shorter") {
     MeshOptions options = coarse(800);
     options.buffers = false;
-    options.fit_repairs = 0;
+    options.fit_repairs = options.repairs = 0;
     const auto outcome = mesh(cube(0, 1), options);
     REQUIRE(outcome);
     CHECK_FALSE(outcome->buffer);
