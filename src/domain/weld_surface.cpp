@@ -50,8 +50,9 @@ class Welder {
     }
 
     WeldedSurface run(const Context& context) {
+        out_.report.open_edges_before = find_open().size();
+        out_.report.dropped_triangles += drop_flaps();
         std::vector<OpenEdge> open = find_open();
-        out_.report.open_edges_before = open.size();
         for (int round = 0; round < kMaxRounds && !open.empty() && !context.is_cancelled(); ++round) {
             const std::size_t merged = merge_near(open);
             out_.report.merged_vertices += merged;
@@ -97,24 +98,73 @@ class Welder {
         return dropped;
     }
 
-    std::vector<OpenEdge> find_open() const {
+    /// All triangles' sides, those of one edge together.
+    std::vector<OpenEdge> sort_sides() const {
         std::vector<OpenEdge> all;
         for (Index t = 0; t < out_.soup.triangles.size(); ++t)
             for (int k = 0; k < 3; ++k)
                 all.push_back({{out_.soup.triangles[t][k], out_.soup.triangles[t][(k + 1) % 3]}, t, k});
-        const auto key = [](const OpenEdge& e) { return std::minmax(e.edge[0], e.edge[1]); };
         std::sort(all.begin(), all.end(), [&](const OpenEdge& a, const OpenEdge& b) {
             const auto ka = key(a), kb = key(b);
             return ka != kb ? ka < kb : a.triangle < b.triangle;
         });
-        std::vector<OpenEdge> open;
-        for (std::size_t i = 0; i < all.size();) {
+        return all;
+    }
+    static std::array<Index, 2> key(const OpenEdge& e) {
+        const auto [low, high] = std::minmax(e.edge[0], e.edge[1]);
+        return {low, high};
+    }
+
+    /// visit(first, last) for the sides of each edge.
+    template <class Visit>
+    static void for_each_edge(const std::vector<OpenEdge>& sides, const Visit& visit) {
+        for (std::size_t i = 0; i < sides.size();) {
             std::size_t end = i + 1;
-            while (end < all.size() && key(all[end]) == key(all[i])) ++end;
-            if (end == i + 1) open.push_back(all[i]);
+            while (end < sides.size() && key(sides[end]) == key(sides[i])) ++end;
+            visit(i, end);
             i = end;
         }
+    }
+
+    std::vector<OpenEdge> find_open() const {
+        const std::vector<OpenEdge> sides = sort_sides();
+        std::vector<OpenEdge> open;
+        for_each_edge(sides, [&](std::size_t first, std::size_t last) {
+            if (last == first + 1) open.push_back(sides[first]);
+        });
         return open;
+    }
+
+    /// Drops triangles no higher than the tolerance that hang on an edge that has two others: collapsed ones
+    /// laid upon a surface that is whole without them.
+    std::size_t drop_flaps() {
+        const std::vector<OpenEdge> sides = sort_sides();
+        std::vector<std::array<std::size_t, 3>> uses(out_.soup.triangles.size());
+        for_each_edge(sides, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) uses[sides[i].triangle][sides[i].side] = last - first;
+        });
+        for (Index t = 0; t < uses.size(); ++t) {
+            const int base = longest_side(t);
+            if (uses[t][base] > 2 && uses[t][(base + 1) % 3] == 1 && uses[t][(base + 2) % 3] == 1 &&
+                height(t, base) <= tolerance_)
+                out_.soup.triangles[t] = {0, 0, 0};
+        }
+        return drop_collapsed();
+    }
+
+    int longest_side(Index t) const {
+        const Triangle& v = out_.soup.triangles[t];
+        std::array<double, 3> length;
+        for (int k = 0; k < 3; ++k)
+            length[k] = glm::distance(out_.soup.vertices[v[k]], out_.soup.vertices[v[(k + 1) % 3]]);
+        return static_cast<int>(std::max_element(length.begin(), length.end()) - length.begin());
+    }
+    double height(Index t, int side) const {
+        const Triangle& v = out_.soup.triangles[t];
+        const Point apex = out_.soup.vertices[v[(side + 2) % 3]];
+        return glm::distance(
+            apex, closest_on_segment(apex, out_.soup.vertices[v[side]], out_.soup.vertices[v[(side + 1) % 3]])
+                      .point);
     }
 
     /// The vertices of open edges, to be found by place.

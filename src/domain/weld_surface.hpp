@@ -11,7 +11,7 @@ struct WeldReport {
     std::size_t open_edges_before = 0, open_edges_after = 0;
     std::size_t merged_vertices = 0;   ///< on open edges, moved onto another one
     std::size_t cut_triangles = 0;     ///< at vertices that lay on their edges (T-junctions)
-    std::size_t dropped_triangles = 0; ///< with two equal vertices, before or after
+    std::size_t dropped_triangles = 0; ///< with two equal vertices, before or after, and flaps
 };
 
 struct WeldedSurface {
@@ -19,6 +19,7 @@ struct WeldedSurface {
     WeldReport report;
 };
 
+/// Drops flaps (triangles no higher than `tolerance` with two open edges, laid upon an edge of two others).
 /// Closes cracks: merges vertices of open edges (used by one triangle) that are within `tolerance` of one
 /// another, then cuts triangles whose open edges pass other open vertices within it. Closed parts stay as
 /// they are. tolerance: model units, >= 0; to be well below the cell size. Deterministic. Errors: usage (a

@@ -100,6 +100,32 @@ TEST_CASE("weld: triangles are cut where other vertices lie on their edges") {
     CHECK(domain->open_edges == 0);
 }
 
+TEST_CASE("weld: collapsed triangles laid upon edges of a closed surface go") {
+    Context context(1);
+    const TriangleSoup sphere = make_sphere(6);
+    TriangleSoup soup = sphere;
+    for (std::size_t t = 0; t < 30; t += 5) {
+        const std::array<Index, 3> at = sphere.triangles[t];
+        soup.triangles.push_back({at[0], at[1], static_cast<Index>(soup.vertices.size())});
+        soup.vertices.push_back(0.3 * soup.vertices[at[0]] + 0.7 * soup.vertices[at[1]]);
+    }
+    auto welded = weld_surface(soup, 1e-6, context);
+    REQUIRE(welded);
+    CHECK(welded->report.open_edges_before == 12);
+    CHECK(welded->report.dropped_triangles == 6);
+    CHECK(welded->report.open_edges_after == 0);
+    CHECK(welded->soup.triangles == sphere.triangles);
+
+    soup = sphere; // a fin that stands up is not one of them
+    soup.triangles.push_back(
+        {sphere.triangles[0][0], sphere.triangles[0][1], static_cast<Index>(soup.vertices.size())});
+    soup.vertices.push_back(1.1 *
+                            (soup.vertices[soup.triangles[0][0]] + soup.vertices[soup.triangles[0][1]]));
+    welded = weld_surface(soup, 1e-6, context);
+    REQUIRE(welded);
+    CHECK(welded->soup.triangles == soup.triangles);
+}
+
 TEST_CASE("weld: what cannot be used is refused") {
     Context context(1);
     TriangleSoup soup = make_sphere(4);

@@ -3,6 +3,8 @@
 #include "core/union_find.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
@@ -17,15 +19,65 @@ constexpr std::size_t kChunk = 512;
 /// A quad farther from its region's patch than this, in local edge lengths, does not belong to it.
 constexpr double kLeak = 1;
 
-/// The patch that each quad's centre is nearest to.
+/// Finds the patch that a quad lies on.
+class PatchFinder {
+  public:
+    PatchFinder(const SurfaceMesh& surface, const std::vector<Point>& x, const Domain& domain)
+        : surface_(surface), x_(x), model_(domain.model) {
+        for (Index p = 0; p < model_.patch_count(); ++p) {
+            Box& box = box_.emplace_back();
+            const auto [first, last] = model_.patch_triangles(p);
+            for (Index t = first; t < last; ++t)
+                for (const Point& corner : model_.triangle(t)) box.add(corner);
+        }
+    }
+
+    /// The nearest patch; where that faces another way than the quad, one that does not and is not much
+    /// farther away counts: beside thin walls and fins the nearest may be the wrong side.
+    Index find(Index q) const {
+        const Quad& quad = surface_.quad[q];
+        const Point centre = 0.25 * (x_[quad[0]] + x_[quad[1]] + x_[quad[2]] + x_[quad[3]]);
+        const Point area = glm::cross(x_[quad[2]] - x_[quad[0]], x_[quad[3]] - x_[quad[1]]);
+        const Point normal = area / std::max(glm::length(area), 1e-300);
+        const double size = std::sqrt(0.5 * glm::length(area));
+        const Projection nearest = model_.project_patch(kNoIndex, centre);
+        Index best = model_.patch_of_triangle(nearest.element);
+        double least = cost(nearest, normal, size);
+        if (glm::dot(nearest.direction, normal) > kAgrees) return best;
+        for (Index p = 0; p < box_.size(); ++p) {
+            if (distance_to(box_[p], centre) > least * size) continue;
+            const double c = cost(model_.project_patch(p, centre), normal, size);
+            if (c >= least) continue;
+            least = c;
+            best = p;
+        }
+        return best;
+    }
+
+  private:
+    static constexpr double kAgrees = 0.5; ///< cosine of the angle between normals
+    /// What facing the other way counts, in edge lengths.
+    static constexpr double kTurned = 0.5;
+
+    static double cost(const Projection& at, const Point& normal, double size) {
+        return at.distance / size + kTurned * (1 - glm::dot(at.direction, normal));
+    }
+    static double distance_to(const Box& box, const Point& p) {
+        return glm::length(glm::max(glm::max(box.low - p, p - box.high), Point(0)));
+    }
+
+    const SurfaceMesh& surface_;
+    const std::vector<Point>& x_;
+    const BoundaryModel& model_;
+    std::vector<Box> box_; ///< per patch
+};
+
 std::vector<Index> nearest_patches(const SurfaceMesh& surface, const std::vector<Point>& x,
                                    const Domain& domain, const Context& context) {
+    const PatchFinder finder(surface, x, domain);
     std::vector<Index> patch(surface.quad.size());
-    context.parallel().for_each(patch.size(), kChunk, [&](std::size_t q) {
-        const Quad& quad = surface.quad[q];
-        const Point centre = 0.25 * (x[quad[0]] + x[quad[1]] + x[quad[2]] + x[quad[3]]);
-        patch[q] = domain.model.patch_of_triangle(domain.model.project_patch(kNoIndex, centre).element);
-    });
+    context.parallel().for_each(patch.size(), kChunk,
+                                [&](std::size_t q) { patch[q] = finder.find(static_cast<Index>(q)); });
     return patch;
 }
 
