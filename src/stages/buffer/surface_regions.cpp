@@ -248,24 +248,6 @@ class LooseRidges {
     std::vector<std::uint8_t> in_band_;    ///< per quad
 };
 
-/// Regions of one patch each: where curves are not captured a region spreads over several.
-void part_by_patches(SheetMesh& mesh, SurfaceRegions& regions) {
-    const RidgeFinder ridges(mesh);
-    RegionGroups parts(static_cast<Index>(mesh.surface.size()));
-    for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), [&](std::span<const EdgeUse> uses) {
-        if (uses.size() != 2) return;
-        const SurfaceQuad &a = mesh.surface[uses[0].quad], &b = mesh.surface[uses[1].quad];
-        if (a.region == b.region && a.patch == b.patch && ridges.curve_of(uses[0].edge) == kNoIndex)
-            parts.join(uses[0].quad, uses[1].quad);
-    });
-    const std::vector<Index> number = parts.numbers();
-    regions.count = 0;
-    for (Index q = 0; q < mesh.surface.size(); ++q) {
-        mesh.surface[q].region = number[q];
-        regions.count = std::max(regions.count, number[q] + 1);
-    }
-}
-
 /// Quads round vertices, in order.
 class VertexFans {
   public:
@@ -381,8 +363,6 @@ void mend_pinched(SheetMesh& mesh) {
 } // namespace
 
 void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings) {
-    part_by_patches(mesh, regions);
-    mend_pinched(mesh);
     LooseRidges ridges(mesh);
     if (!ridges.empty()) {
         ridges.find(rings);

@@ -23,9 +23,9 @@ SurfaceRegions find_regions(SheetMesh& mesh);
 /// Borders between the regions that are written in mesh.surface.
 std::vector<SurfaceRegions::Border> find_borders(const SheetMesh& mesh);
 
-/// Parts regions further for sheets that may leave through smooth surface: at borders of patches, and on
-/// either side of ridges that have the same region on both (a feature that fades out), where bands `rings`
-/// quads wide become regions of their own. Where a part would come more than once in the order of quads round
+/// Parts regions further for sheets that may leave through smooth surface: on either side of ridges that have
+/// the same region on both (a feature that fades out), where bands `rings` quads wide become regions of their
+/// own. Where a part would come more than once in the order of quads round
 /// a vertex, the quads there become one part's. Some of the numbers may have no quad then.
 void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings);
 
