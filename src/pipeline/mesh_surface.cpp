@@ -2,6 +2,7 @@
 
 #include "pipeline/mesh_attempt.hpp"
 #include "pipeline/mesh_progress.hpp"
+#include "pipeline/refine_to_count.hpp"
 #include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "stages/optimize/contact_guard.hpp"
@@ -240,7 +241,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     Domain& domain = prepared.domain;
     describe_domain(prepared, outcome);
     context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
-    auto refined = clock.run("refine", [&] { return refine(domain, options.refine, context); });
+    auto refined = clock.run("refine", [&] { return refine_to_count(domain, options, context, leak); });
     if (!refined) return refined.error();
     auto attempt = Attempts(options, outcome).run(*refined, domain, clock, context, leak);
     if (!attempt) return attempt.error();

@@ -16,6 +16,9 @@ int main(int argc, char** argv) {
     MeshOptions options;
     options.refine.target_cells = argc > 2 ? std::atof(argv[2]) : 50e3;
     if (argc > 3) options.refine.gap_levels = std::atoi(argv[3]);
+    context.set_log_sink([](LogLevel, std::string_view text) {
+        std::printf("  %.*s\n", static_cast<int>(text.size()), text.data());
+    });
     context.set_progress_sink([&](std::string_view stage, double, std::string_view) {
         if (stage == "optimize") context.cancel();
     });

@@ -333,6 +333,34 @@ TEST_CASE("the box round a body gets larger cells unless a size is given") {
     REQUIRE(size_at(plain, {0, 2.03, 2.03}) <= plain.stats.surface_size);
 }
 
+TEST_CASE(
+    "a plane of symmetry that runs smoothly into the body belongs to the outer box, the body does not") {
+    TriangleSoup soup;
+    append_box(soup, {-4, -4, 0}, {4, 4, 8});
+    const Index ground = 4; // z0
+    for (std::size_t t = soup.triangles.size(); t-- > 0;)
+        if (soup.patch[t] == ground) {
+            soup.triangles.erase(soup.triangles.begin() + static_cast<std::ptrdiff_t>(t));
+            soup.patch.erase(soup.patch.begin() + static_cast<std::ptrdiff_t>(t));
+        }
+    const int n = 64;
+    const auto at = [&](int i, int j) {
+        const double x = 8.0 * i / n - 4, y = 8.0 * j / n - 4, r = std::hypot(x, y);
+        return Point(x, y, r < 1 ? 0.15 * (1 + std::cos(std::numbers::pi * r)) : 0);
+    };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            append_quad(soup, {at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)}, ground);
+    const Domain domain = make_domain(soup);
+    RefineOptions options;
+    options.target_cells = 6000;
+    options.feature_cells = options.gap_cells = options.wall_cells = 0; // the ground's rim does not match
+    const RefineOutput out = run(domain, options);
+    REQUIRE(size_at(out, {0.5, 0, at(n / 2 + 4, n / 2).z}) <= out.stats.surface_size);
+    REQUIRE(size_at(out, {-3.2, -3.1, 0.01}) > 3 * out.stats.surface_size);
+    REQUIRE(size_at(out, {3.99, 3, 7}) > 3 * out.stats.surface_size);
+}
+
 TEST_CASE("a planar run refines in the plane only") {
     // A square with a hole, one unit thick.
     TriangleSoup soup;

@@ -100,7 +100,9 @@ Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize
     for (const PatchTarget& entry : options.patches) {
         const std::vector<Index> patches = patches_of_name(*domain_, entry.patch);
         if (patches.empty()) return unknown_patch(entry.patch);
-        for (Index patch : patches) goal_[patch] = goal_of(entry.target);
+        for (Index patch : patches)
+            for (std::size_t zone = patch; zone < goal_.size(); zone += domain_->model.patch_count())
+                goal_[zone] = goal_of(entry.target);
     }
     for (const Goal& goal : goal_) {
         finest_bend_.push_back(finer_by(goal, options.curvature_levels));
@@ -119,15 +121,34 @@ Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize
 
 std::vector<double> SurfaceCriteria::finest_sizes(double base) const {
     std::vector<double> sizes;
-    for (const Goal& goal : finest_gap_)
+    for (Index patch = 0; patch < domain_->model.patch_count(); ++patch) {
+        const Goal& goal = finest_gap_[zone_of_curve(patch)];
         sizes.push_back(goal.level >= 0 ? std::ldexp(base, -goal.level) : goal.size);
+    }
     return sizes;
 }
 
 void SurfaceCriteria::coarsen_outer_box(const RefineOptions& options) {
-    const std::vector<std::uint8_t> outer = find_outer_box(*domain_, options.planar);
-    for (Index patch = 0; patch < outer.size(); ++patch)
-        if (outer[patch]) goal_[patch] = finer_by(goal_[patch], -options.outer_levels);
+    in_outer_box_ = find_outer_box(*domain_, options.planar);
+    if (in_outer_box_.empty()) return;
+    const std::vector<Goal> patches = goal_;
+    for (const Goal& goal : patches) goal_.push_back(finer_by(goal, -options.outer_levels));
+    for (Index patch = 0; patch < patches.size(); ++patch) {
+        const auto [first, last] = domain_->model.patch_triangles(patch);
+        all_outer_.push_back(std::all_of(in_outer_box_.begin() + first, in_outer_box_.begin() + last,
+                                         [](std::uint8_t in) { return in != 0; }));
+    }
+}
+
+Index SurfaceCriteria::zone_of_triangle(Index triangle) const {
+    const Index patch = domain_->model.patch_of_triangle(triangle);
+    const bool outer = !in_outer_box_.empty() && in_outer_box_[triangle];
+    return outer ? patch + static_cast<Index>(domain_->model.patch_count()) : patch;
+}
+
+Index SurfaceCriteria::zone_of_curve(Index patch) const {
+    const bool outer = !all_outer_.empty() && all_outer_[patch];
+    return outer ? patch + static_cast<Index>(domain_->model.patch_count()) : patch;
 }
 
 RefineCriterion SurfaceCriteria::ask(const CutCell& cell) const {
@@ -159,25 +180,26 @@ bool SurfaceCriteria::wants(RefineCriterion criterion, const CutCell& cell) cons
 /// Whether the limits of the patches beside an element let the cell be split.
 bool SurfaceCriteria::allows(const std::vector<Goal>& finest, const CutCell& cell, Index element) const {
     if (surface_->is_triangle(element))
-        return finest[domain_->model.patch_of_triangle(element)].wants_split(cell.size, cell.depth);
+        return finest[zone_of_triangle(element)].wants_split(cell.size, cell.depth);
     const Index curve = domain_->model.curve_of_segment(surface_->segment_of(element));
     const auto patches = domain_->curve_patch[curve];
-    return std::any_of(patches.begin(), patches.end(),
-                       [&](Index patch) { return finest[patch].wants_split(cell.size, cell.depth); });
+    return std::any_of(patches.begin(), patches.end(), [&](Index patch) {
+        return finest[zone_of_curve(patch)].wants_split(cell.size, cell.depth);
+    });
 }
 
 /// Size of the smallest cells that gaps and features may get at an element; what is narrower than that cannot
 /// be resolved and is left alone.
 double SurfaceCriteria::finest_gap_size(const CutCell& cell, Index element) const {
-    const auto size_for = [&](Index patch) {
-        const Goal& goal = finest_gap_[patch];
+    const auto size_for = [&](Index zone) {
+        const Goal& goal = finest_gap_[zone];
         return goal.level >= 0 ? std::ldexp(cell.size, cell.depth - goal.level)
                                : std::min(goal.size, cell.size);
     };
-    if (surface_->is_triangle(element)) return size_for(domain_->model.patch_of_triangle(element));
+    if (surface_->is_triangle(element)) return size_for(zone_of_triangle(element));
     double finest = cell.size;
     for (Index patch : domain_->curve_patch[domain_->model.curve_of_segment(surface_->segment_of(element))])
-        finest = std::min(finest, size_for(patch));
+        finest = std::min(finest, size_for(zone_of_curve(patch)));
     return finest;
 }
 

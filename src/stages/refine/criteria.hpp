@@ -72,8 +72,15 @@ class SurfaceCriteria {
     const SurfaceElements* surface_;
     GapProbe probe_;
     Closeness closeness_;
-    std::vector<Goal> goal_;                     ///< per patch
-    std::vector<Goal> finest_bend_, finest_gap_; ///< per patch: how far criteria of shape may go
+    /// Part of the surface with goals of its own: a patch, or what of it lies in the sides of an outer box,
+    /// which come after the patches.
+    Index zone_of_triangle(Index triangle) const;
+    Index zone_of_curve(Index patch) const;
+
+    std::vector<Goal> goal_;                     ///< per zone
+    std::vector<Goal> finest_bend_, finest_gap_; ///< per zone: how far criteria of shape may go
+    std::vector<std::uint8_t> in_outer_box_;     ///< per triangle; empty without such a box
+    std::vector<std::uint8_t> all_outer_;        ///< per patch: all of it is
     std::vector<std::vector<Goal>> curve_goal_;  ///< per curve
     double normal_angle_deg_, chord_error_, gap_cells_, wall_cells_, feature_cells_;
     std::array<bool, kCriterionCount> given_up_ = {};

@@ -22,29 +22,22 @@ class SideFinder {
     }
     const Box& box() const { return box_; }
 
-    /// Planes in which all triangles of the patch lie, or that any of them reaches.
-    Sides sides_of(Index patch, bool all) const {
+    /// Planes in which a triangle lies (`all`), or that any of its corners is on.
+    Sides sides_of(Index triangle, bool all) const {
         Sides sides;
         sides.fill(all);
-        const auto [first, last] = model_.patch_triangles(patch);
-        for (Index t = first; t < last; ++t)
-            for (const Point& p : model_.triangle(t))
-                for (int s = 0; s < 6; ++s) {
-                    const double plane = s % 2 ? box_.high[s / 2] : box_.low[s / 2];
-                    const bool on = std::abs(p[s / 2] - plane) <= tolerance_;
-                    sides[s] = all ? sides[s] && on : sides[s] || on;
-                }
+        for (const Point& p : model_.triangle(triangle))
+            for (int s = 0; s < 6; ++s) {
+                const double plane = s % 2 ? box_.high[s / 2] : box_.low[s / 2];
+                const bool on = std::abs(p[s / 2] - plane) <= tolerance_;
+                sides[s] = all ? sides[s] && on : sides[s] || on;
+            }
         return sides;
     }
 
-    double area_of(Index patch) const {
-        double area = 0;
-        const auto [first, last] = model_.patch_triangles(patch);
-        for (Index t = first; t < last; ++t) {
-            const auto& x = model_.triangle(t);
-            area += glm::length(glm::cross(x[1] - x[0], x[2] - x[0])) / 2;
-        }
-        return area;
+    double area_of(Index triangle) const {
+        const auto& x = model_.triangle(triangle);
+        return glm::length(glm::cross(x[1] - x[0], x[2] - x[0])) / 2;
     }
 
   private:
@@ -56,24 +49,24 @@ class SideFinder {
 } // namespace
 
 std::vector<std::uint8_t> find_outer_box(const Domain& domain, bool planar) {
-    const auto patches = static_cast<Index>(domain.model.patch_count());
+    const auto triangles = static_cast<Index>(domain.model.triangle_count());
     const SideFinder finder(domain.model);
     const int counted = planar ? 4 : 6;
     const auto any_counted = [&](const Sides& sides) {
         return std::any_of(sides.begin(), sides.begin() + counted, [](bool on) { return on; });
     };
-    std::vector<std::uint8_t> outer(patches, 0);
+    std::vector<std::uint8_t> outer(triangles, 0);
     Sides reached = {};
     double covered = 0;
     bool has_body = false;
-    for (Index patch = 0; patch < patches; ++patch) {
-        const Sides in = finder.sides_of(patch, true);
+    for (Index t = 0; t < triangles; ++t) {
+        const Sides in = finder.sides_of(t, true);
         if (any_counted(in)) {
-            outer[patch] = 1;
-            covered += finder.area_of(patch);
+            outer[t] = 1;
+            covered += finder.area_of(t);
         } else if (!(planar && (in[4] || in[5]))) {
             has_body = true;
-            const Sides touched = finder.sides_of(patch, false);
+            const Sides touched = finder.sides_of(t, false);
             for (int s = 0; s < counted; ++s) reached[s] = reached[s] || touched[s];
         }
     }

@@ -178,11 +178,8 @@ class Run {
     /// corrections by the law with which cells on a surface (2-D: on a line) grow, between the nearest sizes
     /// known to give too many and too few.
     Result<Trial> search() {
-        const double power = options_.planar ? 1 : 0.5;
-        const double wanted = options_.target_cells > 0 ? options_.target_cells
-                              : options_.planar         ? 20e3
-                                                        : 100e3;
-        options_.max_cells = std::min(options_.max_cells, static_cast<std::size_t>(kMostLeaves * wanted));
+        const double power = options_.planar ? 1 : 0.5, wanted = wanted_cells(options_);
+        limit_leaves();
         double size = first_size(domain_, wanted / 4, options_.planar), too_small = 0, too_large = 1e300;
         if (!(size > 0)) return usage("surface", "has no extent");
         Result<Trial> trial = refine_to({size, -1});
@@ -195,6 +192,12 @@ class Run {
             trial = refine_to({size, -1});
         }
         return trial;
+    }
+
+    /// Criteria that need many times the wanted number are given up.
+    void limit_leaves() {
+        const double most = kMostLeaves * wanted_cells(options_);
+        options_.max_cells = std::min(options_.max_cells, static_cast<std::size_t>(most));
     }
 
   private:
@@ -211,10 +214,12 @@ class Run {
 
 } // namespace
 
-Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context) {
-    if (Status ok = check_options(options); !ok) return ok.error();
-    Run run(domain, options, context);
-    Result<Trial> trial = options.surface.is_given() ? run.refine_to(options.surface) : run.search();
+namespace {
+
+/// Of requests that do not fit into the budget the first half, quarter ... is tried.
+constexpr std::size_t kLeastPart = 16;
+
+Result<RefineOutput> finish(Result<Trial> trial, const RefineOptions& options, Context& context) {
     if (!trial) return trial.error();
     RefineOutput out = std::move(trial->out);
     out.max_cells = options.max_cells;
@@ -223,12 +228,44 @@ Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, 
     return out;
 }
 
+} // namespace
+
+double wanted_cells(const RefineOptions& options) {
+    if (options.surface.is_given()) return 0;
+    return options.target_cells > 0 ? options.target_cells : options.planar ? 20e3 : 100e3;
+}
+
+Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context) {
+    if (Status ok = check_options(options); !ok) return ok.error();
+    Run run(domain, options, context);
+    return finish(options.surface.is_given() ? run.refine_to(options.surface) : run.search(), options,
+                  context);
+}
+
+Result<RefineOutput> refine_at(const Domain& domain, const RefineOptions& options, double size,
+                               Context& context) {
+    if (Status ok = check_options(options); !ok) return ok.error();
+    if (!(size > 0) || !std::isfinite(size) || options.surface.is_given())
+        return usage("surface", "refine_at() takes a positive size and options without one");
+    Run run(domain, options, context);
+    run.limit_leaves();
+    return finish(run.refine_to({size, -1}), options, context);
+}
+
 RefineCount refine_cells(RefineOutput& out, std::span<const Index> cells, Context& context) {
     std::vector<RefineRequest> requests;
     for (Index cell : cells) requests.push_back({out.leaf_node[cell], out.mask});
-    // The front moves as little as the balance allows: these are repairs at the wall.
-    const RefineCount count = out.refinement.refine(requests, 1, out.max_cells);
-    if (count.over_budget) out.stats.repairs_over_budget += cells.size();
+    RefineCount count;
+    std::size_t part = requests.size();
+    for (; part > requests.size() / kLeastPart; part /= 2) {
+        // The front moves as little as the balance allows: these are repairs at the wall.
+        count = out.refinement.refine(std::span(requests).first(part), 1, out.max_cells);
+        if (!count.over_budget) break;
+    }
+    if (part < requests.size()) {
+        out.stats.repairs_over_budget += requests.size() - (count.over_budget ? 0 : part);
+        count.over_budget = true;
+    }
     out.stats.balance += count.balance;
     rebuild(out, context);
     return count;

@@ -141,9 +141,16 @@ struct RefineOutput {
 /// initial mesh that is not sound or has hanging vertices), cancelled.
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context);
 
+/// The same where the surface's size is not given, with cells of `size` there instead of a search for the
+/// wanted number: a size that another run found (RefineStats::surface_size), or one near it. > 0, finite.
+Result<RefineOutput> refine_at(const Domain& domain, const RefineOptions& options, double size,
+                               Context& context);
+/// How many cells RefineOptions::target_cells asks for; 0 where the surface's size is given.
+double wanted_cells(const RefineOptions& options);
+
 /// Splits named cells of out.octree (repairs of later stages ask for that) and what the balance needs, and
 /// replaces octree and leaf_node. Cells at the last level are counted as refused; where max_cells would be
-/// passed nothing is split.
+/// passed only the first half of them is split, or a quarter and so on, or nothing, and over_budget set.
 RefineCount refine_cells(RefineOutput& out, std::span<const Index> cells, Context& context);
 
 } // namespace hexopt

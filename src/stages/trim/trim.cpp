@@ -61,7 +61,9 @@ double enclosed_volume(const BoundaryModel& model) {
 }
 
 void count_surface(const HexMesh& mesh, const Parallel& parallel, TrimReport& report) {
-    const trimming::SurfaceFaults faults = trimming::check_surface(mesh, compute_topology(mesh, parallel));
+    const Topology topology = compute_topology(mesh, parallel);
+    const trimming::SurfaceFaults faults = trimming::check_surface(mesh, topology);
+    report.surface_quads = topology.boundary_faces.size();
     report.open_edges = faults.open_edges;
     report.nonmanifold_edges = faults.nonmanifold_edges;
     report.nonmanifold_vertices = faults.nonmanifold_vertices;

@@ -55,13 +55,14 @@ struct TrimReport {
     std::size_t partial_removed = 0;  ///< PartialFaces::remove
     std::size_t parts = 0;            ///< kept; more than the surface has bodies where thin walls were lost
     std::size_t parts_dropped = 0, part_cells_dropped = 0;
-    double kept_volume = 0;      ///< of the kept cells, model units cubed
-    double enclosed_volume = 0;  ///< of the surface, overlaps counted twice; 0 where it is not closed
-    double surface_area = 0;     ///< inside the octree, model units squared
-    double bare_area = 0;        ///< of it, has no kept cell near it; 0 where seeds are given
-    Point first_bare = Point(0); ///< a place there
-    std::size_t half_faces = 0;  ///< faces, in the mesh as it is left
-    std::size_t half_edges = 0;  ///< edges, in the mesh as it is left
+    double kept_volume = 0;        ///< of the kept cells, model units cubed
+    double enclosed_volume = 0;    ///< of the surface, overlaps counted twice; 0 where it is not closed
+    double surface_area = 0;       ///< inside the octree, model units squared
+    double bare_area = 0;          ///< of it, has no kept cell near it; 0 where seeds are given
+    Point first_bare = Point(0);   ///< a place there
+    std::size_t half_faces = 0;    ///< faces, in the mesh as it is left
+    std::size_t half_edges = 0;    ///< edges, in the mesh as it is left
+    std::size_t surface_quads = 0; ///< faces of the surface left
     /// Of the surface left, hanging vertices inserted; all 0 where it is a closed manifold, which it is
     /// where nothing is to be refined.
     std::size_t open_edges = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0;
