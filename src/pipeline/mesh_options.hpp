@@ -42,8 +42,8 @@ struct MeshOptions {
     int repairs = 4;
     bool buffers = true;
     BufferOptions buffer;
-    /// max_deviation_rel: the farthest that vertices round bad cells may end from the surface (settle_mesh());
-    /// they go no farther than validity asks for, mostly less than a cell.
+    /// max_deviation_rel: the farthest that vertices round bad cells may end from the surface
+    /// (settle_mesh()); they go no farther than validity asks for, mostly less than a cell.
     OptimizeOptions optimize = [] {
         OptimizeOptions fitted;
         fitted.effort = Effort::quick;

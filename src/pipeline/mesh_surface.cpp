@@ -151,7 +151,7 @@ class Attempts {
     AttemptCounts counts_;
 };
 
-/// Lets what fails leave the surface, and moves the attempt to the outcome.
+/// Lets what fails leave the surface, raises the worst cells and moves the attempt to the outcome.
 Status settle(MeshAttempt& attempt, Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
               StageClock& clock, Context& context) {
     outcome.trim = attempt.trim;
@@ -162,17 +162,14 @@ Status settle(MeshAttempt& attempt, Domain& domain, const MeshOptions& options, 
     outcome.mesh = std::move(attempt.fitted.mesh);
     if (outcome.attempts.size() > 1)
         bind_surface(domain, attempt.fitted); // the last attempt need not be the best
-    if (!outcome.stats || attempt.failed.empty()) return Done{};
+    if (!outcome.stats) return Done{};
     begin_stage(context, "settle", progress::kOptimizeEnd, progress::kSettleEnd);
-    auto stats = clock.run("settle", [&] {
-        return settle_mesh(outcome.mesh, attempt.topology, domain.model, options.optimize, outcome.settle,
-                           context);
+    Status done = clock.run("settle", [&] {
+        return settle_mesh(outcome.mesh, attempt.topology, domain.model, attempt.fitted.unfitted,
+                           options.optimize, *outcome.stats, outcome.settle, context);
     });
-    if (!stats && stats.error().code != ErrorCode::cancelled) return stats.error();
-    if (stats)
-        outcome.stats = std::move(*stats);
-    else
-        outcome.stats.reset();
+    if (!done && done.error().code != ErrorCode::cancelled) return done;
+    if (!done) outcome.stats.reset();
     return Done{};
 }
 

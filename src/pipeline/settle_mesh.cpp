@@ -45,19 +45,14 @@ void find_backed_off(const HexMesh& mesh, const BoundaryModel& surface, SettleRe
 
 } // namespace
 
-Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                                  std::span<const Point> unfitted, const OptimizeOptions& options,
-                                  SettleReport& report, Context& context) {
+Status settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                   std::span<const Point> unfitted, const OptimizeOptions& options, OptimizeStats& stats,
+                   SettleReport& report, Context& context) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const auto seconds_left = [&] {
         return options.time_limit_s - std::chrono::duration<double>(Clock::now() - start).count();
     };
-    OptimizeOptions on_surface = options;
-    on_surface.max_deviation_rel = 0;
-    on_surface.max_min = options.max_min && options.effort == Effort::normal;
-    Result<OptimizeStats> stats = optimize(mesh, topology, &surface, on_surface, context);
-    if (!stats) return stats;
     if (seconds_left() > 0) {
         RetreatOptions back;
         back.unfitted = unfitted;
@@ -67,23 +62,23 @@ Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const
     }
     if (report.retreat.attempts > 0) {
         const MeshMeasure now = measure_mesh(mesh, mesh.positions, context.parallel());
-        stats->bad8_after = now.bad8;
-        stats->bad32_after = now.bad32;
-        stats->min_sj_after = now.min_sj;
-        stats->restored_input = false;
+        stats.bad8_after = now.bad8;
+        stats.bad32_after = now.bad32;
+        stats.min_sj_after = now.min_sj;
+        stats.restored_input = false;
     }
     if (options.max_min && seconds_left() > 0 && !context.is_cancelled()) {
         OptimizeOptions raise = options;
         raise.time_limit_s = seconds_left();
         Result<OptimizeStats> raised = raise_settled(mesh, topology, surface, raise, context);
-        if (!raised) return raised;
-        add(*stats, std::move(*raised));
+        if (!raised) return raised.error();
+        add(stats, std::move(*raised));
     }
     find_backed_off(mesh, surface, report);
     if (context.is_cancelled())
         return make_error(ErrorCode::cancelled, "optimize", "",
                           "cancelled; the best state so far is kept in memory");
-    return stats;
+    return Done{};
 }
 
 } // namespace hexopt

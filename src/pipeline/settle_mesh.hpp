@@ -27,14 +27,14 @@ struct SettleReport {
     RetreatReport retreat;                   ///< what sliding alone left bad, and what was done about it
 };
 
-/// Optimizes a freshly fitted mesh: slides it on the surface and features that its vertices are bound to;
-/// where cells stay bad or the boundary touches itself, goes back to where it was before fitting and comes
-/// home from there as far as all cells stay valid (retreat()); raises the worst cells at the end. unfitted:
+/// Makes a mesh valid that was optimized on the surface and features that its vertices are bound to: where
+/// cells are bad or the boundary touches itself, goes back to where it was before fitting and comes home from
+/// there as far as all cells stay valid (retreat()); raises the worst cells at the end. unfitted:
 /// FittedMesh::unfitted, may be empty. options.max_deviation_rel: the farthest that a vertex may end from
-/// what it is bound to. `stats` sums up the runs. Errors: those of optimize(); cancelled leaves in `mesh` the
-/// best state so far.
-Result<OptimizeStats> settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
-                                  std::span<const Point> unfitted, const OptimizeOptions& options,
-                                  SettleReport& report, Context& context);
+/// what it is bound to. `stats`: of the run before; sums up this one too. Errors: those of optimize();
+/// cancelled leaves in `mesh` the best state so far.
+Status settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                   std::span<const Point> unfitted, const OptimizeOptions& options, OptimizeStats& stats,
+                   SettleReport& report, Context& context);
 
 } // namespace hexopt
