@@ -1,5 +1,6 @@
 #include "domain/boundary_model_builder.hpp"
 #include "domain/domain.hpp"
+#include "domain/domain_parts.hpp"
 #include "domain/surface_polygons.hpp"
 
 #include <algorithm>
@@ -51,6 +52,8 @@ double interior_angle_deg(const CleanSurface& surface, std::array<Index, 2> edge
     return convex ? 180 - turn : 180 + turn;
 }
 
+} // namespace
+
 void add_incidence(const FeatureGraph& graph, const CleanSurface& surface, Domain& domain) {
     const EdgeSides sides = find_sides(graph, surface);
     domain.curve_patch.offset.assign(1, 0);
@@ -90,18 +93,23 @@ void add_incidence(const FeatureGraph& graph, const CleanSurface& surface, Domai
     }
 }
 
-void add_names(const TriangleSoup& soup, const FeatureGraph& graph, const CleanSurface& surface,
-               Domain& domain) {
-    domain.names = soup.patch_names;
-    domain.patch_name.assign(graph.patch_count, kNoIndex);
-    for (Index t = 0; t < surface.triangles.size(); ++t)
-        if (!soup.patch.empty()) domain.patch_name[graph.face_patch[t]] = soup.patch[surface.source[t]];
-    if (!soup.patch.empty()) return;
-    domain.names = {"surface"};
-    domain.patch_name.assign(graph.patch_count, 0);
+void add_names(std::span<const Index> source_name, Domain& domain) {
+    const BoundaryModel& model = domain.model;
+    domain.patch_name.assign(model.patch_count(), kNoIndex);
+    bool several = false;
+    for (Index p = 0; p < model.patch_count(); ++p) {
+        const auto [first, last] = model.patch_triangles(p);
+        for (Index t = first; t < last; ++t) {
+            const Index name = source_name[model.source_face(t)];
+            several = several || (t > first && name != domain.patch_name[p]);
+            domain.patch_name[p] = std::min(domain.patch_name[p], name);
+        }
+    }
+    if (!several) return;
+    domain.triangle_name.resize(model.triangle_count());
+    for (Index t = 0; t < model.triangle_count(); ++t)
+        domain.triangle_name[t] = source_name[model.source_face(t)];
 }
-
-} // namespace
 
 Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context) {
     if (Status ok = check_options(options); !ok) return ok.error();
@@ -120,7 +128,9 @@ Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& 
     Domain domain;
     domain.model = BoundaryModelBuilder::assemble(std::move(parts));
     add_incidence(graph, *clean, domain);
-    add_names(surface, graph, *clean, domain);
+    domain.names = surface.patch.empty() ? std::vector<std::string>{"surface"} : surface.patch_names;
+    add_names(surface.patch.empty() ? std::vector<Index>(surface.triangles.size(), 0) : surface.patch,
+              domain);
     domain.dropped_triangles = clean->dropped_triangles;
     domain.open_edges = clean->open_edges;
     domain.nonmanifold_edges = clean->nonmanifold_edges;

@@ -4,6 +4,7 @@
 #include "core/csr.hpp"
 #include "core/result.hpp"
 #include "domain/boundary_model.hpp"
+#include "mesh/domain_description.hpp"
 #include "mesh/triangle_soup.hpp"
 
 #include <string>
@@ -26,13 +27,27 @@ struct Domain {
     std::vector<std::uint8_t> curve_open; ///< per curve: 1 where an edge of it has not exactly two triangles
     Csr<Index> corner_curve;              ///< per corner: curves that end there, rising; twice for a loop
     std::vector<CurveAngle> angle;        ///< per curve
-    std::vector<Index> patch_name;        ///< per patch: its name in `names`
-    std::vector<std::string> names;       ///< of patches as the input calls them
+    std::vector<Index> patch_name;        ///< per patch: its (first) name in `names`
+    /// Per triangle of the model: its name in `names`, where some patch has several (their border is no
+    /// feature); else empty.
+    std::vector<Index> triangle_name;
+    std::vector<std::string> names; ///< of patches as the input calls them
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0; ///< of the input
 };
 
 /// Builds the domain of a soup whose triangles point outwards (away from where the mesh will be). Patches:
 /// the soup's, cut along feature edges. Errors: usage, bad_input as build_boundary_model(), cancelled.
 Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context);
+
+/// Builds the domain that a description (a domain file) states. Polylines need not run along the edges of
+/// triangles. Patches that share edges of triangles where no curve runs between them become one. A corner
+/// that ends no curve cuts the curve that it lies on, within 1e-4 of the diagonal. Triangles must point
+/// outwards. Errors (bad_input, with file and line): entities that do not exist, do not fit one another
+/// (within 1e-6 of the diagonal), or are used twice; cancelled. What is left out is logged as a warning.
+Result<Domain> build_domain(const DomainDescription& description, Context& context);
+
+/// The description of a domain: build_domain() gives the same bits again (but for the order of triangles in
+/// patches of several names).
+DomainDescription describe_domain(const Domain& domain);
 
 } // namespace hexopt

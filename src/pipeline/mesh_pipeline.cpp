@@ -1,9 +1,11 @@
 #include "pipeline/mesh_pipeline.hpp"
 
 #include "io/atomic_file.hpp"
+#include "io/domain_file.hpp"
 #include "io/read_outline.hpp"
 #include "pipeline/check_outputs.hpp"
 #include "pipeline/mesh_pictures.hpp"
+#include "pipeline/mesh_progress.hpp"
 #include "pipeline/planar_job.hpp"
 #include "render/png.hpp"
 
@@ -63,8 +65,25 @@ Result<MeshOutcome> mesh_outlines(const MeshJob& job, StageClock& clock, Context
     return mesh_planar(std::move(*slab), job.options, clock, context);
 }
 
+Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob& job, StageClock& clock,
+                                  Context& context) {
+    if (!prepared) return prepared.error();
+    MeshOptions options = job.options;
+    if (!job.initial_mesh.empty()) {
+        auto initial = clock.run("read_initial", [&] { return read_mesh(job.initial_mesh, context); });
+        if (!initial) return initial.error();
+        options.refine.initial.mesh = std::move(*initial);
+    }
+    LeakPath leak;
+    auto outcome = mesh_domain(std::move(*prepared), options, clock, context, &leak);
+    if (!outcome && !leak.cells.cells.empty()) return report_leak(job, leak, outcome.error(), context);
+    return outcome;
+}
+
 /// In space, or in the plane where they are a slab.
 Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context& context) {
+    if (std::any_of(job.surfaces.begin(), job.surfaces.end(), is_domain_name))
+        return mesh_prepared(load_domain(job, clock, context), job, clock, context);
     auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, context); });
     if (!surface) return surface.error();
     auto slab = find_slab(*surface, job.options, clock, context);
@@ -78,16 +97,7 @@ Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context
                                   "--planar no meshes it in space.");
         return outcome;
     }
-    MeshOptions options = job.options;
-    if (!job.initial_mesh.empty()) {
-        auto initial = clock.run("read_initial", [&] { return read_mesh(job.initial_mesh, context); });
-        if (!initial) return initial.error();
-        options.refine.initial.mesh = std::move(*initial);
-    }
-    LeakPath leak;
-    auto outcome = mesh_surface(*surface, options, clock, context, &leak);
-    if (!outcome && !leak.cells.cells.empty()) return report_leak(job, leak, outcome.error(), context);
-    return outcome;
+    return mesh_prepared(prepare_surface(*surface, job, clock, context), job, clock, context);
 }
 
 } // namespace
@@ -97,6 +107,7 @@ Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
         return status.error();
     if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
     StageClock clock;
+    context.set_progress_range(0, progress::kSurfaceEnd);
     context.report("read", 0);
     auto outcome = std::any_of(job.surfaces.begin(), job.surfaces.end(), is_outline_name)
                        ? mesh_outlines(job, clock, context)

@@ -10,7 +10,8 @@ namespace hexopt {
 
 /// `hexopt-gpu mesh`: files in, files out. Paths that are empty are not used.
 struct MeshJob {
-    std::vector<std::filesystem::path> surfaces; ///< several: each is a patch named after its file
+    /// Several: each is a patch named after its file. Or one domain file (.hxd).
+    std::vector<std::filesystem::path> surfaces;
     std::filesystem::path output;
     std::filesystem::path report;       ///< JSON
     std::filesystem::path picture;      ///< PNG: whole, and cut in half
@@ -32,6 +33,18 @@ struct MeshJobResult {
 /// an error that names a file beside the output, NAME.leak.vtu, with the cells of a shortest path. Errors:
 /// those of reading (bad_input), mesh_surface() and writing (output_failed: the earlier file is as it was).
 Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context);
+
+/// What a job meshes: its domain file as it is, or its surfaces, prepared. Errors: those of reading and of
+/// prepare_domain() or build_domain(); usage where the job says otherwise about what a domain file settles.
+Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Context& context);
+
+/// What a job meshes of surfaces that have been read: prepare_domain() with the job's options.
+Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJob& job, StageClock& clock,
+                                       Context& context);
+
+/// `hexopt-gpu domain`: writes what a job would mesh as a domain file (job.output). Errors: those of
+/// load_domain(); output_failed.
+Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context);
 
 /// Reads one surface, or several as one. Of several files each becomes one patch named after the file without
 /// its extension; where a file has patches of its own they become STEM.NAME.

@@ -19,14 +19,18 @@ constexpr std::size_t kMostGrowth = 3;
 
 /// From patches of the domain to the input's names; quads without one take that of the nearest patch.
 void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
+    const bool by_triangle = !domain.triangle_name.empty();
     parallel.for_each(mesh.boundary.size(), 1024, [&](std::size_t i) {
         BoundaryQuad& quad = mesh.boundary[i];
-        if (quad.patch == kNoIndex) {
-            Point centre(0);
-            for (Index v : quad.vertices) centre += 0.25 * mesh.positions[v];
-            quad.patch = domain.model.patch_of_triangle(domain.model.project_patch(kNoIndex, centre).element);
+        if (quad.patch != kNoIndex && !by_triangle) {
+            quad.patch = domain.patch_name[quad.patch];
+            return;
         }
-        quad.patch = domain.patch_name[quad.patch];
+        Point centre(0);
+        for (Index v : quad.vertices) centre += 0.25 * mesh.positions[v];
+        const Index triangle = domain.model.project_patch(quad.patch, centre).element;
+        quad.patch = by_triangle ? domain.triangle_name[triangle]
+                                 : domain.patch_name[domain.model.patch_of_triangle(triangle)];
     });
     std::vector<Index> number(domain.names.size(), kNoIndex);
     for (const BoundaryQuad& quad : mesh.boundary) number[quad.patch] = 0;

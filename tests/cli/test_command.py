@@ -141,6 +141,31 @@ class Mesh(Command):
         self.assertEqual(again.stdout, dumped.stdout)
         self.assertIn("size = 0.25", again.stdout)
 
+    def test_domain_file_gives_the_same_mesh(self):
+        surface, domain = self.surface(), self.path("pipe.hxd")
+        self.assertEqual(run("domain", surface, "-o", domain, "--feature-angle", 40).returncode, OK)
+        for source, out, options in ((surface, "a.vtu", ("--feature-angle", 40)), (domain, "b.vtu", ())):
+            result = run("mesh", source, "-o", self.path(out), "--cells", 600, *options)
+            self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertEqual(self.path("a.vtu").read_bytes(), self.path("b.vtu").read_bytes())
+        again = self.path("again.hxd")
+        self.assertEqual(run("domain", domain, "-o", again).returncode, OK)
+        self.assertEqual(domain.read_bytes(), again.read_bytes())
+
+    def test_bad_domain_files(self):
+        surface, domain, out = self.surface(), self.path("pipe.hxd"), self.path("out.vtu")
+        self.assertEqual(run("domain", surface, "-o", domain).returncode, OK)
+        self.assert_error(run("domain", surface, "-o", self.path("pipe.stl2")), USAGE, ".hxd")
+        self.assert_error(run("mesh", domain, "-o", out, "--feature-angle", 40), USAGE, "--feature-angle")
+        self.assert_error(run("mesh", domain, surface, "-o", out), USAGE, "alone")
+        text = domain.read_text()
+        domain.write_text(text.replace("patch 2 ", "patsch 2 "))
+        line = 1 + text[:text.index("patch 2 ")].count("\n")
+        self.assert_error(run("mesh", domain, "-o", out), BAD_INPUT, f"pipe.hxd:{line}:", "patsch")
+        domain.write_text(text[:-5])
+        self.assert_error(run("mesh", domain, "-o", out), BAD_INPUT, "pipe.hxd:")
+        self.assertFalse(out.exists())
+
     def test_bad_arguments(self):
         config = self.path("config.toml")
         config.write_text("[refine]\nmax_cels = 5\n")

@@ -46,13 +46,19 @@ Error unknown_patch(const std::string& name) {
                       "the surface has no patch of this name");
 }
 
+bool is_called(const Domain& domain, Index patch, const std::string& name) {
+    const auto matches = [&](Index at) { return at != kNoIndex && domain.names[at] == name; };
+    if (domain.triangle_name.empty()) return matches(domain.patch_name[patch]);
+    const auto [first, last] = domain.model.patch_triangles(patch);
+    const auto begin = domain.triangle_name.begin();
+    return std::any_of(begin + first, begin + last, matches);
+}
+
 bool has_patch(const Domain& domain, Index curve, const std::string& name) {
     if (name.empty()) return true;
     const auto patches = domain.curve_patch[curve];
-    return std::any_of(patches.begin(), patches.end(), [&](Index patch) {
-        const Index at = domain.patch_name[patch];
-        return at != kNoIndex && domain.names[at] == name;
-    });
+    return std::any_of(patches.begin(), patches.end(),
+                       [&](Index patch) { return is_called(domain, patch, name); });
 }
 
 } // namespace
@@ -62,8 +68,7 @@ Goal goal_of(const TargetSize& target) { return {target.level >= 0 ? 0 : target.
 std::vector<Index> patches_of_name(const Domain& domain, const std::string& name) {
     std::vector<Index> patches;
     for (Index patch = 0; patch < domain.model.patch_count(); ++patch)
-        if (const Index at = domain.patch_name[patch]; at != kNoIndex && domain.names[at] == name)
-            patches.push_back(patch);
+        if (is_called(domain, patch, name)) patches.push_back(patch);
     return patches;
 }
 

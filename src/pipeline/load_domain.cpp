@@ -1,0 +1,68 @@
+#include "io/domain_file.hpp"
+#include "pipeline/mesh_keys.hpp"
+#include "pipeline/mesh_pipeline.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+/// A domain file holds what the keys of these sections would say.
+Status check_settled(const MeshJob& job, const std::string& file) {
+    const MeshJob standard;
+    for (const MeshKey& key : mesh_keys()) {
+        const std::string section = key.name.substr(0, key.name.find('.'));
+        if (section != "surface" && section != "features" && section != "farfield") continue;
+        if (key.get(job) != key.get(standard))
+            return make_error(
+                ErrorCode::usage, "domain", file,
+                fmt::format("it settles what {} would; give that to hexopt-gpu domain", key.flag));
+    }
+    return Done{};
+}
+
+Result<PreparedDomain> load_domain_file(const MeshJob& job, StageClock& clock, Context& context) {
+    const std::filesystem::path& file = job.surfaces.front();
+    if (Status ok = check_settled(job, file.string()); !ok) return ok.error();
+    const auto description = clock.run("read", [&] { return read_domain_file(file, context); });
+    if (!description) return description.error();
+    auto domain = clock.run("domain", [&] { return build_domain(*description, context); });
+    if (!domain) return domain.error();
+    PreparedDomain prepared;
+    prepared.domain = std::move(*domain);
+    return prepared;
+}
+
+} // namespace
+
+Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Context& context) {
+    if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
+    const auto domain_file = std::find_if(job.surfaces.begin(), job.surfaces.end(), is_domain_name);
+    if (domain_file != job.surfaces.end()) {
+        if (job.surfaces.size() > 1)
+            return make_error(ErrorCode::usage, "mesh", domain_file->string(),
+                              "a domain file is given alone: it holds all that is meshed");
+        return load_domain_file(job, clock, context);
+    }
+    auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, context); });
+    if (!surface) return surface.error();
+    return prepare_surface(*surface, job, clock, context);
+}
+
+Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJob& job, StageClock& clock,
+                                       Context& context) {
+    return prepare_domain(surface, job.options, clock, context);
+}
+
+Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context) {
+    StageClock clock;
+    auto prepared = load_domain(job, clock, context);
+    if (!prepared) return prepared;
+    const Status written = write_domain_file(job.output, describe_domain(prepared->domain), context);
+    if (!written) return written.error();
+    return prepared;
+}
+
+} // namespace hexopt
