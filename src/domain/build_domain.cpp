@@ -52,6 +52,18 @@ double interior_angle_deg(const CleanSurface& surface, std::array<Index, 2> edge
     return convex ? 180 - turn : 180 + turn;
 }
 
+/// Edges between the first of equal vertices, as clean_surface() has them.
+std::vector<std::array<Index, 2>> merge_edges(const std::vector<Point>& vertices,
+                                              std::span<const std::array<Index, 2>> edges) {
+    std::vector<std::array<Index, 2>> merged;
+    if (edges.empty()) return merged;
+    const std::vector<Index> first = find_first_equal(vertices);
+    for (const auto& [a, b] : edges)
+        merged.push_back({std::min(first[a], first[b]), std::max(first[a], first[b])});
+    std::sort(merged.begin(), merged.end());
+    return merged;
+}
+
 } // namespace
 
 void add_incidence(const FeatureGraph& graph, const CleanSurface& surface, Domain& domain) {
@@ -111,12 +123,15 @@ void add_names(std::span<const Index> source_name, Domain& domain) {
         domain.triangle_name[t] = source_name[model.source_face(t)];
 }
 
-Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context) {
+Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context,
+                            std::span<const std::array<Index, 2>> features) {
     if (Status ok = check_options(options); !ok) return ok.error();
     Result<CleanSurface> clean = clean_surface(surface);
     if (!clean) return clean.error();
-    const FeatureGraph graph =
-        compute_feature_graph(clean->vertices, clean->polygons, feature_limits(options));
+    const std::vector<std::array<Index, 2>> given = merge_edges(surface.vertices, features);
+    FeatureLimits limits = feature_limits(options);
+    limits.given = given;
+    const FeatureGraph graph = compute_feature_graph(clean->vertices, clean->polygons, limits);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "surface", "", "cancelled");
     BoundaryModelParts parts;
     parts.vertices = clean->vertices;

@@ -7,6 +7,7 @@
 #include "mesh/domain_description.hpp"
 #include "mesh/triangle_soup.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,10 @@ struct Domain {
 };
 
 /// Builds the domain of a soup whose triangles point outwards (away from where the mesh will be). Patches:
-/// the soup's, cut along feature edges. Errors: usage, bad_input as build_boundary_model(), cancelled.
-Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context);
+/// the soup's, cut along feature edges. features: edges that are features whatever their angle
+/// (insert_features()). Errors: usage, bad_input as build_boundary_model(), cancelled.
+Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& options, Context& context,
+                            std::span<const std::array<Index, 2>> features = {});
 
 /// Builds the domain that a description (a domain file) states. Polylines need not run along the edges of
 /// triangles. Patches that share edges of triangles where no curve runs between them become one. A corner

@@ -62,6 +62,8 @@ bool is_feature(std::span<const EdgeSide> edge, const SurfacePolygons& polygons,
                 const FeatureLimits& limits) {
     if (edge.size() != 2) return true;
     const Index a = edge[0].face, b = edge[1].face;
+    if (std::binary_search(limits.given.begin(), limits.given.end(), std::array{edge[0].low, edge[0].high}))
+        return true;
     if (limits.patch_borders && polygons.patch[a] != polygons.patch[b]) return true;
     const Point na = polygons.normal[a];
     const Point nb = edge[0].forward == edge[1].forward ? -polygons.normal[b] : polygons.normal[b];

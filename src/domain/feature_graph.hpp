@@ -3,6 +3,7 @@
 #include "core/csr.hpp"
 #include "core/types.hpp"
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct FeatureLimits {
     double feature_angle_deg;
     double corner_turn_deg;
     bool patch_borders;
+    /// Edges that are features whatever the angle: vertices, smaller first; sorted.
+    std::span<const std::array<Index, 2>> given = {};
 };
 
 /// Patches, curves and corners of a polygonal surface. Numbered by rising face (patches) and vertex (the
@@ -35,10 +38,10 @@ struct FeatureGraph {
     std::vector<std::uint8_t> flipped; ///< per face: 1 where it opposes the first face of its patch
 };
 
-/// A feature edge: normals differing by more than feature_angle_deg, borders between named patches, and edges
-/// that do not have exactly two faces. A corner: a number of feature edges other than 0 and 2, a turn by more
-/// than corner_turn_deg, or faces that meet in the vertex alone. Neighbours of opposite orientation are
-/// recognised by the direction of their common edge.
+/// A feature edge: normals differing by more than feature_angle_deg, borders between named patches, edges
+/// that are given, and those that do not have exactly two faces. A corner: a number of feature edges other
+/// than 0 and 2, a turn by more than corner_turn_deg, or faces that meet in the vertex alone. Neighbours of
+/// opposite orientation are recognised by the direction of their common edge.
 FeatureGraph compute_feature_graph(std::span<const Point> positions, const SurfacePolygons& polygons,
                                    const FeatureLimits& limits);
 

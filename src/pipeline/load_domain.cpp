@@ -1,4 +1,5 @@
 #include "io/domain_file.hpp"
+#include "io/read_feature_lines.hpp"
 #include "pipeline/mesh_keys.hpp"
 #include "pipeline/mesh_pipeline.hpp"
 
@@ -39,6 +40,7 @@ Result<PreparedDomain> load_domain_file(const MeshJob& job, StageClock& clock, C
 
 Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Context& context) {
     if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
+    context.report("read", 0);
     const auto domain_file = std::find_if(job.surfaces.begin(), job.surfaces.end(), is_domain_name);
     if (domain_file != job.surfaces.end()) {
         if (job.surfaces.size() > 1)
@@ -53,7 +55,14 @@ Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Contex
 
 Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJob& job, StageClock& clock,
                                        Context& context) {
-    return prepare_domain(surface, job.options, clock, context);
+    MeshOptions options = job.options;
+    for (const std::filesystem::path& file : job.feature_files) {
+        Result<FeatureLines> lines = read_feature_lines(file, context);
+        if (!lines) return lines.error();
+        options.feature_lines.push_back(std::move(*lines));
+    }
+    context.report("surface", 0.2);
+    return prepare_domain(surface, options, clock, context);
 }
 
 Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context) {

@@ -189,6 +189,26 @@ MeshKey initial_mesh_key() {
             }};
 }
 
+MeshKey feature_files_key() {
+    return {
+        "features.lines",
+        "--features",
+        "File of feature lines (.eMesh, .obj, .vtk, .vtp or .csv), beside those by angle; --feature-angle "
+        "180: instead",
+        Kind::texts,
+        "FILE",
+        [](const MeshJob& job) {
+            std::vector<std::string> files;
+            for (const auto& file : job.feature_files) files.push_back(file.string());
+            return ConfigValue(files);
+        },
+        [](MeshJob& job, const ConfigValue& value) -> std::string {
+            const auto& files = std::get<std::vector<std::string>>(value);
+            job.feature_files.assign(files.begin(), files.end());
+            return {};
+        }};
+}
+
 MeshKey surface_size_key() {
     return {"refine.size",
             "--size",
@@ -314,6 +334,10 @@ std::vector<MeshKey> surface_keys() {
                HEXOPT_FIELD(options.features.corner_turn_deg)),
         yes_no("features.patch_borders", "--patch-borders", "Borders between named patches are features",
                HEXOPT_FIELD(options.features.patch_borders)),
+        feature_files_key(),
+        number("features.reach", "--features-reach",
+               "How far lines of --features may be from the surface, as a fraction of its diagonal",
+               {0, 0.01}, HEXOPT_FIELD(options.feature_reach_rel)),
         farfield_key(),
     };
 }

@@ -2,6 +2,7 @@
 
 #include "domain/boundary_model.hpp"
 #include "domain/box_tree.hpp"
+#include "mesh/feature_lines.hpp"
 #include "stages/buffer/buffer.hpp"
 #include "stages/fit/fit.hpp"
 #include "stages/optimize/optimize.hpp"
@@ -26,6 +27,9 @@ struct MeshOptions {
         sharp.feature_angle_deg = 30;
         return sharp;
     }();
+    std::vector<FeatureLines> feature_lines; ///< features whatever their angle
+    /// How far these may be from the surface, as a fraction of its diagonal; 0..0.01.
+    double feature_reach_rel = 1e-3;
     /// Gaps in the surface up to this fraction of its diagonal are closed; 0..0.01.
     double weld_rel = 1e-4;
     /// External flow: a box round the surface, which becomes the outer boundary (patches farfield_x_min,

@@ -13,9 +13,10 @@ struct MeshJob {
     /// Several: each is a patch named after its file. Or one domain file (.hxd).
     std::vector<std::filesystem::path> surfaces;
     std::filesystem::path output;
-    std::filesystem::path report;       ///< JSON
-    std::filesystem::path picture;      ///< PNG: whole, and cut in half
-    std::filesystem::path html;         ///< web page of the run
+    std::filesystem::path report;                     ///< JSON
+    std::filesystem::path picture;                    ///< PNG: whole, and cut in half
+    std::filesystem::path html;                       ///< web page of the run
+    std::vector<std::filesystem::path> feature_files; ///< lines; set options.feature_lines
     std::filesystem::path initial_mesh; ///< hexahedra to start from; sets options.refine.initial.mesh
     MeshOptions options;
     WriteOptions write;

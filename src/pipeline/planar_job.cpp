@@ -20,6 +20,8 @@ Error usage(std::string where, std::string reason) {
 constexpr std::string_view kOnlyInSpace[] = {
     "features.corner_turn",
     "features.patch_borders",
+    "features.files",
+    "features.reach",
     "refine.feature_cells",
     "refine.initial_mesh",
     "refine.curves",

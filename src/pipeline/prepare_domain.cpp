@@ -1,5 +1,7 @@
 #include "pipeline/prepare_domain.hpp"
 
+#include "domain/insert_features.hpp"
+
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -57,6 +59,17 @@ double compute_diagonal(const TriangleSoup& surface) {
     return surface.vertices.empty() ? 0 : glm::distance(box.low, box.high);
 }
 
+Result<FeaturedSurface> add_feature_lines(TriangleSoup soup, const MeshOptions& options, StageClock& clock,
+                                          Context& context) {
+    if (!(options.feature_reach_rel >= 0 && options.feature_reach_rel <= 0.01))
+        return make_error(ErrorCode::usage, "features", "", "the reach of features must lie in 0..0.01");
+    if (options.feature_lines.empty()) return FeaturedSurface{std::move(soup), {}, 0};
+    return clock.run("features", [&] {
+        return insert_features(soup, options.feature_lines,
+                               options.feature_reach_rel * compute_diagonal(soup), context);
+    });
+}
+
 } // namespace
 
 Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOptions& options,
@@ -77,8 +90,11 @@ Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOpt
     });
     if (!oriented) return oriented.error();
     prepared.orientation = oriented->report;
-    auto domain =
-        clock.run("domain", [&] { return build_domain(oriented->soup, options.features, context); });
+    auto featured = add_feature_lines(std::move(oriented->soup), options, clock, context);
+    if (!featured) return featured.error();
+    prepared.feature_triangles = featured->cut_triangles;
+    auto domain = clock.run(
+        "domain", [&] { return build_domain(featured->soup, options.features, context, featured->edges); });
     if (!domain) return domain.error();
     prepared.domain = std::move(*domain);
     return prepared;

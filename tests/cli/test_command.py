@@ -152,6 +152,20 @@ class Mesh(Command):
         self.assertEqual(run("domain", domain, "-o", again).returncode, OK)
         self.assertEqual(domain.read_bytes(), again.read_bytes())
 
+    def test_given_feature_lines(self):
+        surface, lines, domain = self.surface(), self.path("belt.csv"), self.path("pipe.hxd")
+        ring = [line.split() for line in surface.read_text().splitlines() if "vertex" in line]
+        low = min(float(z) for _, _, _, z in ring)
+        lines.write_text("\n".join(f"{x},{y},{z}" for _, x, y, z in ring[:2]) + "\n")
+        options = ("--feature-angle", 180, "--patch-borders", "no")
+        self.assertIn(" 0 feature curves", run("domain", surface, "-o", domain, *options).stdout)
+        result = run("domain", surface, "-o", domain, *options, "--features", lines)
+        self.assertIn(" 1 feature curves", result.stdout, result.stderr)
+        lines.write_text(f"0,0,{low - 1}\n0,0,{low - 2}\n")
+        self.assert_error(run("domain", surface, "-o", domain, "--features", lines), BAD_INPUT, "belt.csv near (0, 0,")
+        self.assert_error(run("mesh", surface, "-o", self.path("out.vtu"), "--features", self.path("none.obj")),
+                          BAD_INPUT, "none.obj")
+
     def test_bad_domain_files(self):
         surface, domain, out = self.surface(), self.path("pipe.hxd"), self.path("out.vtu")
         self.assertEqual(run("domain", surface, "-o", domain).returncode, OK)
