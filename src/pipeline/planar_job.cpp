@@ -20,7 +20,7 @@ Error usage(std::string where, std::string reason) {
 constexpr std::string_view kOnlyInSpace[] = {
     "features.corner_turn",
     "features.patch_borders",
-    "features.files",
+    "features.lines",
     "features.reach",
     "refine.feature_cells",
     "refine.initial_mesh",
