@@ -19,7 +19,7 @@ constexpr double kMost = 1.4;              ///< of what is wanted, with repairs
 /// Buffer layers are counted on a mesh of this part of the cells wanted, and of so many at most: they hang
 /// on the model more than on the size.
 constexpr double kCountedShare = 0.5, kMostCounted = 50e3;
-constexpr double kUsualLayers = 2;    ///< cells of buffer layers a quad of the trimmed surface
+constexpr double kUsualLayers = 2;      ///< cells of buffer layers a quad of the trimmed surface
 constexpr double kCellsPerRepair = 3; ///< of the finished mesh for each leaf that a repair adds
 
 /// Cells of the finished mesh as far as trimming shows them: `layers` cells a quad come on top.
