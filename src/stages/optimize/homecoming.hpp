@@ -16,6 +16,8 @@ class Homecoming {
 
     void run();
 
+    std::span<const std::uint8_t> touched_at_start() const { return touched_at_start_; }
+
   private:
     struct Step {
         double pull;

@@ -13,6 +13,8 @@ constexpr double kOff_rel = 1e-9;
 /// How near sliding may bring quads to one another that are apart, relative to the diagonal: tells which are
 /// watched.
 constexpr double kWatched_rel = 0.005;
+/// Vertices that are off are free up to where they are: SurfaceMotion's share of their range.
+constexpr double kFreeShare = 0.8;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Lets nothing touch that did not at the start.
@@ -71,7 +73,7 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
         const double distance = surface.project(bound[v], mesh.positions[v]).distance;
         if (!(distance > kOff_rel * surface.diagonal())) return;
         movement.movable[v] = 1;
-        limits.band[v] = static_cast<float>(distance);
+        limits.band[v] = static_cast<float>(distance / kFreeShare);
     });
     const ContactWatch watch(mesh, topology, kWatched_rel * surface.diagonal(), context.parallel());
     movement.guard = &watch;

@@ -2,8 +2,10 @@
 
 #include "core/union_find.hpp"
 #include "mesh/hanging.hpp"
+#include "stages/optimize/bring_home.hpp"
 #include "stages/optimize/cell_search.hpp"
 #include "stages/optimize/homecoming.hpp"
+#include "stages/optimize/max_min.hpp"
 #include "stages/optimize/untangle.hpp"
 
 #include <algorithm>
@@ -14,14 +16,17 @@ namespace hexopt {
 
 namespace {
 
-/// Rings of cells round what is bad that go back; the last attempt takes the whole mesh.
-constexpr int kRings[] = {2, 4, 8};
-constexpr int kAttempts = static_cast<int>(std::size(kRings)) + 1;
+/// Rings of cells round what is bad that go back, in turn.
+constexpr int kRings[] = {2, 4, 8, 16};
 /// Rings over which places change from the unfitted to the fitted ones, and rings that move round these.
 constexpr int kBlendRings = 3, kMovingRings = 2;
-/// How firmly the boundary is held to its place while the layers are untangled, in turn.
-constexpr double kPulls[] = {10, 1, 0.1, 0.01};
-constexpr int kUntangleRounds = 12;
+/// How firmly the boundary is held to its place while the layers are untangled: everywhere, and round what
+/// stays bad.
+constexpr double kPull = 10, kLoosePulls[] = {1, 0.1, 0.01};
+constexpr int kLooseRings = 4;
+constexpr int kUntangleRounds = 8;
+/// Scaled Jacobian that is worth a vertex at home.
+constexpr double kLeastSjHome = 0.05;
 /// A little more than what counts as contact in the end.
 constexpr ContactLimits kClearance{5e-3, 0.02};
 
@@ -39,16 +44,16 @@ class Retreat {
         std::vector<Index> seeds = find_seeds(report_.bad_before, report_.touching_before);
         report_.bad_after = report_.bad_before;
         report_.touching_after = report_.touching_before;
-        bool valid = seeds.empty();
-        for (int attempt = 0; attempt < kAttempts && !valid && !budget_.exhausted(); ++attempt) {
+        hold_.assign(mesh_.vertex_count(), Hold::fixed);
+        movable_.assign(mesh_.vertex_count(), 0);
+        for (int rings : kRings) {
+            if (seeds.empty() || budget_.exhausted()) break;
             ++report_.attempts;
-            go_back(seeds, attempt);
-            valid = untangle();
-            if (valid || attempt + 1 == kAttempts) break;
+            untangle(go_back(seeds, rings));
             std::size_t bad = 0, touching = 0;
-            for (Index c : find_seeds(bad, touching)) seeds.push_back(c);
-            std::sort(seeds.begin(), seeds.end());
-            seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+            seeds = find_seeds(bad, touching);
+            budget_.context().log(LogLevel::debug, fmt::format("{} rings back: {} cells bad, {} quads touch",
+                                                               rings, bad, touching));
         }
         if (report_.attempts > 0) come_home();
         return report_;
@@ -94,51 +99,48 @@ class Retreat {
     }
 
     /// Puts the neighbourhood of the seeds where it was before fitting, with a gradual passage to the rest.
-    void go_back(std::span<const Index> seeds, int attempt) {
-        const bool whole = attempt + 1 == kAttempts;
-        const int back = whole ? 0 : kRings[attempt], blend = back + kBlendRings, most = blend + kMovingRings;
-        const std::vector<int> ring =
-            whole ? std::vector<int>(mesh_.vertex_count(), 0) : find_rings(seeds, most);
+    /// Returns what of it may move.
+    std::vector<std::uint8_t> go_back(std::span<const Index> seeds, int rings) {
+        const int blend = rings + kBlendRings, most = blend + kMovingRings;
+        const std::vector<int> ring = find_rings(seeds, most);
         const auto bound = surface_.associations();
-        hold_.assign(mesh_.vertex_count(), Hold::fixed);
-        movable_.assign(mesh_.vertex_count(), 0);
-        mesh_.positions = fitted_;
-        report_.moved = 0;
+        std::vector<std::uint8_t> active(mesh_.vertex_count(), 0);
         for (Index v = 0; v < mesh_.vertex_count(); ++v) {
-            if (ring[v] >= most && !whole) continue;
-            movable_[v] = 1;
-            ++report_.moved;
-            hold_[v] = Hold::home;
-            if (ring[v] >= blend && !whole) {
+            if (ring[v] >= most) continue;
+            if (ring[v] < blend) {
+                const double here = ring[v] <= rings ? 0 : double(ring[v] - rings) / (kBlendRings + 1);
+                mesh_.positions[v] = unfitted_[v] + here * (mesh_.positions[v] - unfitted_[v]);
+                hold_[v] = Hold::anchored;
+                movable_[v] = 1;
+            } else if (hold_[v] == Hold::fixed) {
+                hold_[v] = Hold::home;
                 movable_[v] = bound[v].kind != EntityKind::corner;
-                continue;
             }
-            const double fitted = ring[v] <= back ? 0 : double(ring[v] - back) / (kBlendRings + 1);
-            mesh_.positions[v] = unfitted_[v] + fitted * (fitted_[v] - unfitted_[v]);
-            hold_[v] = Hold::anchored;
+            active[v] = movable_[v];
         }
         apply_hanging(mesh_, budget_.parallel());
+        return active;
     }
 
-    /// Untangles with the boundary drawn to where it is, less and less firmly.
-    bool untangle() {
-        Problem problem(mesh_, topology_, movable_);
-        problem.update_lengths(mesh_.positions, budget_.parallel());
-        const std::vector<Point> anchor = mesh_.positions;
-        HomeMotion motion(problem, surface_, hold_, anchor);
-        Newton newton(problem, mesh_.positions, &motion, budget_);
-        for (double pull : kPulls) {
-            motion.update(pull);
-            untangle_regularised(newton, kUntangleRounds, budget_);
-            std::size_t bad = 0, touching = 0;
-            find_seeds(bad, touching);
-            budget_.context().log(LogLevel::debug,
-                                  fmt::format("{} vertices back, held by {:g}: {} cells bad, {} quads touch",
-                                              report_.moved, pull, bad, touching));
-            if (bad == 0) return touching == 0;
-            if (budget_.exhausted()) return false;
+    /// Untangles with the boundary drawn to where it is, less and less firmly round what stays bad.
+    void untangle(const std::vector<std::uint8_t>& active) {
+        anchor_ = mesh_.positions;
+        untangle_held(active, kPull);
+        for (double pull : kLoosePulls) {
+            const std::vector<Index> bad = find_bad_cells(mesh_, mesh_.positions, budget_.parallel());
+            if (bad.empty() || budget_.exhausted()) return;
+            untangle_held(movable_neighbourhood(mesh_, topology_, active, bad, kLooseRings), pull);
         }
-        return false;
+    }
+
+    void untangle_held(std::span<const std::uint8_t> moving, double pull) {
+        Problem problem(mesh_, topology_, moving);
+        problem.update_lengths(mesh_.positions, budget_.parallel());
+        HomeMotion motion(problem, surface_, hold_, anchor_);
+        motion.update(pull);
+        Newton newton(problem, mesh_.positions, &motion, budget_);
+        untangle_regularised(newton, kUntangleRounds, budget_);
+        report_.moved = std::max(report_.moved, problem.dof_count());
     }
 
     void come_home() {
@@ -148,7 +150,11 @@ class Retreat {
         for (Index v = 0; v < mesh_.vertex_count(); ++v)
             if (hold_[v] == Hold::anchored) hold_[v] = Hold::drawn;
         Problem problem(mesh_, topology_, movable_);
-        Homecoming(problem, surface_, apart_, mesh_.positions, hold_, budget_).run();
+        Homecoming homecoming(problem, surface_, apart_, mesh_.positions, hold_, budget_);
+        homecoming.run();
+        const AwayMesh away{&mesh_, &topology_, &surface_, &apart_, movable_, homecoming.touched_at_start()};
+        for (EntityKind kind : {EntityKind::corner, EntityKind::curve, EntityKind::patch})
+            bring_home(away, kind, kLeastSjHome, mesh_.positions, hold_, budget_);
         give_up_beyond_bound(problem);
         std::size_t bad = 0, touching = 0;
         find_seeds(bad, touching);
@@ -204,7 +210,7 @@ class Retreat {
     Budget& budget_;
     const BoundaryContacts touching_, apart_;
     const std::vector<Point> fitted_;
-    std::vector<Point> unfitted_;
+    std::vector<Point> unfitted_, anchor_;
     std::vector<Hold> hold_;
     std::vector<std::uint8_t> movable_;
     RetreatReport report_;

@@ -31,7 +31,7 @@ struct RetreatReport {
 /// of boxes that trimming left; there the layers are untangled with the boundary free but drawn to its place.
 /// From that valid state the boundary is drawn to what it is bound to, under a barrier that keeps all cells
 /// valid; corners, then curves, then patches come to lie on it exactly as soon as their cells allow, and what
-/// would touch is held back. Neighbourhoods that are too small to become valid grow, up to the whole mesh.
+/// would touch is held back. Neighbourhoods that are too small to become valid grow, to 16 rings.
 /// Never more bad cells and touching quads together than before. The boundary slides on `surface`, which is
 /// bound to the mesh. Cost: in proportion to the neighbourhoods; at most about 500 us a cell of the mesh, and
 /// time_limit_s. Source: barrier and regularised energy of optimize(); the way back and forth is this

@@ -30,6 +30,8 @@ constexpr float kNarrower = 0.6f;
 constexpr double kPoorEnergy = 1.3;
 constexpr int kPoorRings = 3;
 constexpr int kQuickRounds = 4; ///< of the first pass
+/// Of the second one with a fresh boundary: what is bad after that is so for good.
+constexpr int kFreshRounds = 8;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
@@ -233,7 +235,7 @@ class RobustRun {
         if (bad.empty()) return;
         const std::vector<Point> before = positions_;
         untangle_sliding(movable_neighbourhood(mesh_, topology_, movement_.movable, bad, kPoorRings),
-                         kMaxUntangleRounds);
+                         options_.fresh_boundary ? kFreshRounds : kMaxUntangleRounds);
         if (bad_cells().size() > bad.size()) positions_ = before;
     }
 

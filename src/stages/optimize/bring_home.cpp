@@ -1,0 +1,134 @@
+#include "stages/optimize/bring_home.hpp"
+
+#include "core/union_find.hpp"
+#include "stages/optimize/max_min.hpp"
+#include "stages/optimize/untangle.hpp"
+
+#include <fmt/format.h>
+
+namespace hexopt {
+
+namespace {
+
+constexpr int kRings = 3;
+constexpr int kRounds = 8;
+constexpr double kPull = 10; ///< on those that stay away
+
+class BringHome {
+  public:
+    BringHome(const AwayMesh& away, std::span<const std::uint8_t> moving, std::vector<Point>& positions,
+              std::vector<Hold>& hold, Budget& budget)
+        : away_(away), positions_(positions), hold_(hold), budget_(budget), saved_(positions),
+          saved_hold_(hold), problem_(*away.mesh, *away.topology, moving), parts_(problem_.dof_count()) {
+        for (std::size_t c = 0; c < problem_.cell_count(); ++c) {
+            Index first = kNoIndex;
+            for (Index v : problem_.cell(c))
+                for (DofShare share : problem_.shares(v)) {
+                    if (first == kNoIndex) first = share.dof;
+                    parts_.join(first, share.dof);
+                }
+        }
+        std::vector<std::uint8_t> moves(away.mesh->vertex_count(), 0);
+        for (Index v = 0; v < moves.size(); ++v) moves[v] = !problem_.shares(v).empty();
+        quads_ = away.contacts->quads_with(moves);
+    }
+
+    std::size_t run(std::span<const Index> leaving, double least_sj) {
+        const auto before = measure_cells(problem_, positions_, budget_.parallel());
+        for (Index v : leaving) {
+            positions_[v] = away_.surface->project(away_.surface->associations()[v], positions_[v]).point;
+            hold_[v] = Hold::home;
+        }
+        problem_.apply_hanging(positions_);
+        HomeMotion motion(problem_, *away_.surface, hold_, saved_);
+        problem_.update_lengths(saved_, budget_.parallel());
+        motion.update(kPull);
+        Newton newton(problem_, positions_, &motion, budget_);
+        untangle_regularised(newton, kRounds, budget_);
+        const auto after = measure_cells(problem_, positions_, budget_.parallel());
+        judge(before, after, least_sj);
+        std::size_t home = 0;
+        for (Index v : leaving) home += hold_[v] == Hold::home;
+        return home;
+    }
+
+  private:
+    struct Part {
+        float before = 1, after = 1;
+        bool bad = false;
+    };
+
+    void judge(const std::vector<CellMeasure>& before, const std::vector<CellMeasure>& after,
+               double least_sj) {
+        std::vector<Part> parts(problem_.dof_count());
+        for (std::size_t c = 0; c < after.size(); ++c) {
+            Part& part = parts[part_of_cell(c)];
+            part.before = std::min(part.before, before[c].min_sj);
+            part.after = std::min(part.after, after[c].min_sj);
+            part.bad = part.bad || after[c].has_bad32;
+        }
+        std::vector<std::uint8_t> back(parts.size(), 0);
+        for (std::size_t p = 0; p < parts.size(); ++p)
+            back[p] = parts[p].bad || parts[p].after < std::min<double>(parts[p].before, least_sj);
+        take_back(back);
+        // A part may touch one that went back.
+        for (bool any = true; any;) {
+            any = false;
+            for (Index q : away_.contacts->touching(positions_, quads_, budget_.parallel())) {
+                if (away_.touched_at_start[q]) continue;
+                for (Index v : away_.contacts->quad(q))
+                    for (DofShare share : problem_.shares(v)) {
+                        const Index part = parts_.find(share.dof);
+                        if (!back[part]) back[part] = 1, any = true;
+                    }
+            }
+            if (any) take_back(back);
+        }
+    }
+
+    Index part_of_cell(std::size_t c) {
+        for (Index v : problem_.cell(c))
+            for (DofShare share : problem_.shares(v)) return parts_.find(share.dof);
+        return 0;
+    }
+
+    void take_back(const std::vector<std::uint8_t>& back) {
+        for (Index d = 0; d < problem_.dof_count(); ++d) {
+            if (!back[parts_.find(d)]) continue;
+            const Index v = problem_.dof_vertex()[d];
+            positions_[v] = saved_[v];
+            hold_[v] = saved_hold_[v];
+        }
+        problem_.apply_hanging(positions_);
+    }
+
+    const AwayMesh& away_;
+    std::vector<Point>& positions_;
+    std::vector<Hold>& hold_;
+    Budget& budget_;
+    const std::vector<Point> saved_;
+    const std::vector<Hold> saved_hold_;
+    Problem problem_;
+    UnionFind parts_; ///< of the dofs
+    std::vector<Index> quads_;
+};
+
+} // namespace
+
+std::size_t bring_home(const AwayMesh& away, EntityKind kind, double least_sj, std::vector<Point>& positions,
+                       std::vector<Hold>& hold, Budget& budget) {
+    const auto bound = away.surface->associations();
+    std::vector<Index> leaving, cells;
+    for (Index v = 0; v < hold.size(); ++v) {
+        if (hold[v] != Hold::drawn || bound[v].kind != kind || !away.movable[v]) continue;
+        leaving.push_back(v);
+        for (CellCorner corner : away.topology->vertex_cell[v]) cells.push_back(corner.cell);
+    }
+    if (leaving.empty() || budget.exhausted()) return 0;
+    const auto moving = movable_neighbourhood(*away.mesh, *away.topology, away.movable, cells, kRings);
+    const std::size_t home = BringHome(away, moving, positions, hold, budget).run(leaving, least_sj);
+    budget.context().log(LogLevel::debug, fmt::format("{} of {} brought home", home, leaving.size()));
+    return home;
+}
+
+} // namespace hexopt
