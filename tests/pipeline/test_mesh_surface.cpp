@@ -6,6 +6,7 @@
 #include "pipeline/mesh_pipeline.hpp"
 #include "samples/geometry/geometries.hpp"
 #include "samples/geometry/solid.hpp"
+#include "support/skip.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -129,6 +130,25 @@ TEST_CASE("settle: cells that cannot be valid on the surface get vertices off it
         CHECK(farthest <= allowed * domain->model.diagonal() + 1e-9);
         CHECK((report.backed_off_count > 0) == (farthest > 1e-9 * domain->model.diagonal()));
         if (allowed == 0) CHECK(report.backed_off_count == 0);
+    }
+}
+
+TEST_CASE("settle: real models that sliding leaves bad end valid and apart from themselves", "[slow]") {
+    const fs::path folder = fs::path(HEXOPT_SHARED_DATA) / "geometry";
+    for (const char* name : {"airplane1.stl", "elbow_90.stl"}) {
+        if (!fs::exists(folder / name)) HEXOPT_SKIP("no shared geometry " + std::string(name));
+        CAPTURE(name);
+        Context context(2);
+        const auto soup = read_surface(folder / name, context);
+        REQUIRE(soup);
+        const auto outcome = mesh(*soup, coarse(8000));
+        REQUIRE(outcome);
+        CHECK(outcome->settle.retreat.bad_before > 0);
+        CHECK(outcome->verdict == ErrorCode::ok);
+        CHECK(outcome->after.validity.is_valid());
+        CHECK(outcome->contacts.empty());
+        CHECK(outcome->settle.deviation_rel < 0.02);
+        CHECK((outcome->settle.backed_off_count > 0) == (outcome->settle.deviation_rel > 0));
     }
 }
 
