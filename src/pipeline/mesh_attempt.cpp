@@ -23,7 +23,7 @@ Status fit_domain(RefineOutput& refined, const Domain& domain, const MeshOptions
     for (;;) {
         begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
         auto trimmed = clock.run("trim", [&] {
-            return trim_in_rounds(refined, domain, options.trim, counts.trim_rounds, context, leak);
+            return trim_in_rounds(refined, domain, options.trim, counts.trims, context, leak);
         });
         if (!trimmed) return trimmed.error();
         if (Status covered = check_coverage(*trimmed); !covered) return covered.error();

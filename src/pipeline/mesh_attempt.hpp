@@ -6,6 +6,7 @@
 #include "domain/fitted_mesh.hpp"
 #include "mesh/topology.hpp"
 #include "pipeline/mesh_surface.hpp"
+#include "pipeline/trim_rounds.hpp"
 
 #include <optional>
 #include <vector>
@@ -28,7 +29,7 @@ struct MeshAttempt {
 
 /// What attempts on one octree share.
 struct AttemptCounts {
-    int trim_rounds = 0; ///< times that cells were trimmed
+    TrimRounds trims;
     int fit_rounds = 0;  ///< times that the boundary was fitted
     int fit_repairs = 0; ///< times that cells at features were refined
 };

@@ -125,7 +125,7 @@ class Attempts {
             if (count.requested == 0) break;
         }
         outcome_.refine = refined.stats;
-        outcome_.trim_rounds = counts_.trim_rounds;
+        outcome_.trim_rounds = counts_.trims.count;
         outcome_.fit_rounds = counts_.fit_rounds;
         return std::move(*best);
     }

@@ -19,12 +19,13 @@ constexpr double kMost = 1.4;              ///< of what is wanted, with repairs
 /// Buffer layers are counted on a mesh of this part of the cells wanted, and of so many at most: they hang
 /// on the model more than on the size.
 constexpr double kCountedShare = 0.5, kMostCounted = 50e3;
-constexpr double kUsualLayers = 2;      ///< cells of buffer layers a quad of the trimmed surface
+constexpr double kUsualLayers = 2;    ///< cells of buffer layers a quad of the trimmed surface
 constexpr double kCellsPerRepair = 3; ///< of the finished mesh for each leaf that a repair adds
 
 /// Cells of the finished mesh as far as trimming shows them: `layers` cells a quad come on top.
 struct Count {
     double kept = 0, quads = 0;
+    bool covered = true; ///< else the run will be refused, whatever else is counted
     double with(double layers) const { return kept + layers * quads; }
 };
 
@@ -68,12 +69,13 @@ class CountSearch {
     }
 
     Result<Count> count_kept(RefineOutput& refined) {
-        int rounds = 0;
+        TrimRounds rounds;
         auto trimmed = trim_in_rounds(refined, domain_, options_.trim, rounds, context_, leak_);
         if (!trimmed) return trimmed.error();
+        const bool covered = check_coverage(*trimmed).has_value();
         kept_ = std::move(trimmed->kept);
         return Count{static_cast<double>(kept_.cell_count()),
-                     static_cast<double>(trimmed->report.surface_quads)};
+                     static_cast<double>(trimmed->report.surface_quads), covered};
     }
 
     /// Fits a mesh that is not too large and counts what the buffers add.
@@ -83,6 +85,7 @@ class CountSearch {
         if (!refined) return refined.error();
         const auto count = count_kept(*refined);
         if (!count) return count.error();
+        if (!count->covered) return Done{};
         auto fitted = fit_boundary(std::move(kept_), domain_, options_.fit, context_);
         if (!fitted) return fitted.error();
         if (!fitted->refine_cells.empty() && options_.fit_repairs > 0) aim_ = kAimBeforeRepairs;

@@ -71,13 +71,14 @@ double thickness_of(std::vector<BareSpot> spots) {
 } // namespace
 
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
-                                  int& rounds, Context& context, LeakPath* leak) {
+                                  TrimRounds& rounds, Context& context, LeakPath* leak) {
     bool may_cover = true;
     for (int round = 1;; ++round) {
         if (round == kMostRounds) options.partial = PartialFaces::remove;
         std::vector<Index> path;
-        auto trimmed = trim(refined.octree, domain, options, context, &path);
-        ++rounds;
+        rounds.memory.set_keys(refined.leaf_node);
+        auto trimmed = trim(refined.octree, domain, options, context, &path, &rounds.memory);
+        ++rounds.count;
         if (!trimmed) {
             if (leak && !path.empty()) leak->cells = take_cells(refined.octree, path);
             return trimmed;

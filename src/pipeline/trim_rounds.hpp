@@ -4,13 +4,19 @@
 
 namespace hexopt {
 
+/// What trimming the same octree time and again shares.
+struct TrimRounds {
+    int count = 0; ///< times that cells were trimmed
+    TrimMemory memory;
+};
+
 /// Trims, and refines what trimming asks for and where the surface has no cells near it, until there is
 /// nothing left. Cells at bare places are halved up to refined.finest_size, and not at all where what is
 /// behind the surface is thinner than those could resolve. Where partial faces may not be refined any more
-/// the cells there are removed instead. rounds: raised by one each time that cells are trimmed. Errors: as
-/// trim() (*leak gets the path where the surface leaks); cancelled.
+/// the cells there are removed instead. rounds: for one `refined` and one domain. Errors: as trim() (*leak
+/// gets the path where the surface leaks); cancelled.
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
-                                  int& rounds, Context& context, LeakPath* leak);
+                                  TrimRounds& rounds, Context& context, LeakPath* leak);
 
 /// Error (no_valid_mesh) where cells are kept at less than 70 % of the surface, or of a closed surface's
 /// volume where more than a tenth of it is bare: says where, how thick the model is there and what cells it

@@ -29,10 +29,10 @@ TrimOutput trim_all(const Domain& domain, const RefineOptions& options) {
     Context context(1);
     auto refined = refine(domain, options, context);
     if (!refined) FAIL(refined.error().one_line());
-    int rounds = 0;
+    TrimRounds rounds;
     auto trimmed = trim_in_rounds(*refined, domain, {}, rounds, context, nullptr);
     if (!trimmed) FAIL(trimmed.error().one_line());
-    CHECK(rounds > 0);
+    CHECK(rounds.count > 0);
     return std::move(trimmed).value();
 }
 

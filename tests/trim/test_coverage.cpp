@@ -89,3 +89,29 @@ TEST_CASE("cells whose centres lie on the surface go, all of them") {
     CHECK(out->report.manifold_removed == 0);
     CHECK(out->report.bare_area == 0);
 }
+
+TEST_CASE("trimming that remembers cells gives the same as trimming anew") {
+    TriangleSoup soup = test::make_sphere(3, 12);
+    soup.triangles.resize(soup.triangles.size() - 9); // a hole: sides are asked cell by cell
+    soup.patch.resize(soup.triangles.size());
+    const Domain domain = test::make_domain(soup);
+    SurfaceOctree octree = octree_round(surface_box(domain.model), 12);
+    const auto near = [&](const Point& p, double edge, int) { return domain.model.distance(p) < edge; };
+    TrimMemory memory;
+    Context context(2);
+    for (int round = 0; round < 2; ++round) {
+        const HexMesh mesh = octree.make(1, near);
+        std::vector<Index> keys(mesh.cell_count());
+        for (Index c = 0; c < keys.size(); ++c) keys[c] = 2 * c + 1;
+        memory.set_keys(keys);
+        const auto plain = trim(mesh, domain, {}, context),
+                   again = trim(mesh, domain, {}, context, nullptr, &memory);
+        REQUIRE(plain);
+        REQUIRE(again);
+        CHECK(plain->kept_cell == again->kept_cell);
+        CHECK(plain->refine_cells == again->refine_cells);
+        CHECK(plain->report.cut_cells == again->report.cut_cells);
+        CHECK(plain->report.bare_area == again->report.bare_area);
+    }
+    CHECK(memory.side(0).known);
+}

@@ -113,21 +113,55 @@ void measure_cut_cell(const HexMesh& mesh, const SurfaceQueries& queries, Index 
     sides.depth_h[c] = static_cast<float>(sides.inside[c] ? depth_h : -depth_h);
 }
 
-void find_cut_cells(const HexMesh& mesh, const SurfaceQueries& queries, Context& context, CellSides& sides) {
+/// What is remembered of a run of cells; false where some of it is not known.
+bool recall(TrimMemory& memory, Index first, Index last, CellSides& sides) {
+    for (Index c = first; c < last; ++c)
+        if (!memory.side(c).known) return false;
+    for (Index c = first; c < last; ++c) {
+        const TrimMemory::Side& side = memory.side(c);
+        sides.cut[c] = side.cut;
+        if (!side.cut) continue;
+        sides.inside[c] = side.inside;
+        sides.depth_h[c] = side.depth_h;
+    }
+    return true;
+}
+
+void remember(TrimMemory& memory, Index first, Index last, const CellSides& sides) {
+    for (Index c = first; c < last; ++c) {
+        TrimMemory::Side& side = memory.side(c);
+        side.known = true;
+        side.cut = sides.cut[c];
+        if (!side.cut) continue;
+        side.inside = sides.inside[c];
+        side.depth_h = sides.depth_h[c];
+    }
+}
+
+/// Looks at a run of cells.
+void find_cut_among(const HexMesh& mesh, const SurfaceQueries& queries, Index first, Index last,
+                    CellSides& sides) {
+    Box box;
+    for (Index c = first; c < last; ++c)
+        for (Index v : mesh.cells[c]) box.add(mesh.positions[v]);
+    const auto any = [](Index, const TriangleTree::Corners&) { return true; };
+    if (!queries.triangles().visit_box(box, any)) return;
+    for (Index c = first; c < last; ++c) {
+        const Index triangle = find_cutting_triangle(cell_corners(mesh, c), queries.triangles());
+        if (triangle != kNoIndex) measure_cut_cell(mesh, queries, c, triangle, sides);
+    }
+}
+
+void find_cut_cells(const HexMesh& mesh, const SurfaceQueries& queries, Context& context, CellSides& sides,
+                    TrimMemory* memory) {
     const std::size_t blocks = (mesh.cell_count() + kBlock - 1) / kBlock;
     context.parallel().for_each(blocks, kChunk, [&](std::size_t block) {
         if (context.is_cancelled()) return;
         const auto first = static_cast<Index>(block * kBlock);
         const auto last = static_cast<Index>(std::min(mesh.cell_count(), first + kBlock));
-        Box box;
-        for (Index c = first; c < last; ++c)
-            for (Index v : mesh.cells[c]) box.add(mesh.positions[v]);
-        const auto any = [](Index, const TriangleTree::Corners&) { return true; };
-        if (!queries.triangles().visit_box(box, any)) return;
-        for (Index c = first; c < last; ++c) {
-            const Index triangle = find_cutting_triangle(cell_corners(mesh, c), queries.triangles());
-            if (triangle != kNoIndex) measure_cut_cell(mesh, queries, c, triangle, sides);
-        }
+        if (memory && recall(*memory, first, last, sides)) return;
+        find_cut_among(mesh, queries, first, last, sides);
+        if (memory) remember(*memory, first, last, sides);
     });
 }
 
@@ -158,8 +192,9 @@ Csr<Index> fill_regions(const CellGraph& graph, CellSides& sides) {
 /// Decides regions by a few of their cells, or all of them one by one where those disagree.
 class RegionVote {
   public:
-    RegionVote(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries, CellSides& sides)
-        : mesh_(mesh), graph_(graph), queries_(queries), sides_(sides) {}
+    RegionVote(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries, CellSides& sides,
+               TrimMemory* memory)
+        : mesh_(mesh), graph_(graph), queries_(queries), sides_(sides), memory_(memory) {}
 
     void decide(std::span<const Index> members, const Parallel& parallel) {
         std::vector<Index> asked;
@@ -193,7 +228,7 @@ class RegionVote {
             [&](std::size_t begin, std::size_t end) {
                 std::size_t yes = 0;
                 for (std::size_t i = begin; i < end; ++i) {
-                    const bool inside = queries_.is_inside(cell_centre(mesh_, cells[i]));
+                    const bool inside = is_inside(cells[i]);
                     sides_.inside[cells[i]] = inside;
                     yes += inside;
                 }
@@ -202,10 +237,19 @@ class RegionVote {
             std::plus<>());
     }
 
+    bool is_inside(Index cell) const {
+        if (!memory_) return queries_.is_inside(cell_centre(mesh_, cell));
+        TrimMemory::Side& side = memory_->side(cell);
+        if (!side.side_known) side.inside = queries_.is_inside(cell_centre(mesh_, cell));
+        side.side_known = true;
+        return side.inside;
+    }
+
     const HexMesh& mesh_;
     const CellGraph& graph_;
     const SurfaceQueries& queries_;
     CellSides& sides_;
+    TrimMemory* memory_;
 };
 
 /// Mean edge length in each direction.
@@ -238,15 +282,15 @@ double cell_volume(const HexMesh& mesh, Index cell) {
 }
 
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
-                     Context& context) {
+                     Context& context, TrimMemory* memory) {
     CellSides sides;
     sides.cut.assign(mesh.cell_count(), 0);
     sides.inside.assign(mesh.cell_count(), 0);
     sides.depth_h.assign(mesh.cell_count(), -1);
-    find_cut_cells(mesh, queries, context, sides);
+    find_cut_cells(mesh, queries, context, sides, memory);
     if (context.is_cancelled()) return sides;
     const Csr<Index> members = fill_regions(graph, sides);
-    RegionVote vote(mesh, graph, queries, sides);
+    RegionVote vote(mesh, graph, queries, sides, memory);
     for (Index r = 0; r < sides.region_count && !context.is_cancelled(); ++r)
         vote.decide(members[r], context.parallel());
     return sides;

@@ -3,6 +3,7 @@
 #include "core/context.hpp"
 #include "domain/surface_queries.hpp"
 #include "stages/trim/cell_graph.hpp"
+#include "stages/trim/trim.hpp"
 
 namespace hexopt::trimming {
 
@@ -29,8 +30,8 @@ double cell_size(const HexMesh& mesh, Index cell);
 double cell_volume(const HexMesh& mesh, Index cell);
 
 /// Regions are decided by a few of their cells; where the surface is not closed by all beside it, and where
-/// these disagree cell by cell.
+/// these disagree cell by cell. memory: as in trim().
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
-                     Context& context);
+                     Context& context, TrimMemory* memory = nullptr);
 
 } // namespace hexopt::trimming

@@ -120,11 +120,12 @@ Status check_leaks(const HexMesh& octree, const CellGraph& graph, const CellSide
 
 /// Trims with a known side of the surface.
 Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& queries, bool seeds_inside,
-                             const TrimOptions& options, Context& context, std::vector<Index>* leak_path) {
+                             const TrimOptions& options, Context& context, std::vector<Index>* leak_path,
+                             TrimMemory* memory) {
     const auto seed_cells = trimming::find_seed_cells(octree, options.seeds);
     if (!seed_cells) return seed_cells.error();
     const CellGraph graph = trimming::build_cell_graph(octree, context.parallel());
-    const CellSides sides = trimming::find_sides(octree, graph, queries, context);
+    const CellSides sides = trimming::find_sides(octree, graph, queries, context, memory);
     if (context.is_cancelled()) return trim_error(ErrorCode::cancelled, "", "cancelled");
     TrimOutput output;
     TrimReport& report = output.report;
@@ -163,8 +164,14 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
 
 } // namespace
 
+void TrimMemory::set_keys(std::vector<Index> keys) {
+    keys_ = std::move(keys);
+    const auto last = std::max_element(keys_.begin(), keys_.end());
+    if (last != keys_.end() && side_.size() <= *last) side_.resize(*last + std::size_t{1});
+}
+
 Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
-                        Context& context, std::vector<Index>* leak_path) {
+                        Context& context, std::vector<Index>* leak_path, TrimMemory* memory) {
     if (Status ok = check_options(options); !ok) return ok.error();
     context.report("trim", 0);
     SurfaceQueries queries(domain.model);
@@ -172,7 +179,7 @@ Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimO
     if (!side) return side.error();
     const bool seeds_inside = side->low == WindingRange{}.low;
     if (!seeds_inside) queries.choose_inside(*side);
-    Result<TrimOutput> output = trim_side(octree, queries, seeds_inside, options, context, leak_path);
+    Result<TrimOutput> output = trim_side(octree, queries, seeds_inside, options, context, leak_path, memory);
     if (!output) return output;
     if (output->report.kept_cells == 0)
         return trim_error(ErrorCode::bad_input, "",

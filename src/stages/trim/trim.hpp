@@ -78,13 +78,36 @@ struct TrimOutput {
     TrimReport report;
 };
 
+/// What is known of cells from earlier trims of the same octree, so that only new cells are looked at.
+class TrimMemory {
+  public:
+    /// Key of each cell of the octree that is trimmed next: stays with a cell while it is not split. The
+    /// memory is for one domain and one choice of seeds.
+    void set_keys(std::vector<Index> keys);
+
+    struct Side {
+        bool known = false; ///< whether the surface cuts the cell, and where it does also the rest
+        bool cut = false;
+        bool side_known = false; ///< `inside` where the surface does not cut the cell
+        bool inside = false;
+        float depth_h = -1;
+    };
+    Side& side(Index cell) { return side_[keys_[cell]]; }
+
+  private:
+    std::vector<Index> keys_;
+    std::vector<Side> side_; ///< by key
+};
+
 /// Removes the cells of an octree leaf mesh (any hexahedral mesh with 2:1 hanging nodes that encloses the
 /// domain) that are outside, such that the surface left is a closed manifold and no two cells on either side
 /// of a gap share a face. Thesis 3.4; rules: docs/trim.md. The domain's triangles must point outwards
 /// (orient_surface). Errors: usage (an option out of range); bad_input where nothing is left, a seed is not
 /// in the mesh or not in a kept cell, or the inside leaks to the outer boundary of the mesh, in which case
-/// *leak_path gets the octree cells of a shortest path; cancelled.
+/// *leak_path gets the octree cells of a shortest path; cancelled. memory: what it knows is not computed
+/// again, and what is computed goes into it; the result is the same without it.
 Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
-                        Context& context, std::vector<Index>* leak_path = nullptr);
+                        Context& context, std::vector<Index>* leak_path = nullptr,
+                        TrimMemory* memory = nullptr);
 
 } // namespace hexopt
