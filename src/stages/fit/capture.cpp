@@ -1,8 +1,10 @@
 #include "stages/fit/capture.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <queue>
 #include <unordered_map>
@@ -25,14 +27,27 @@ int usable_edges(const SurfaceMesh& surface, Index v) {
     return count;
 }
 
+/// A mesh ends before the tip of a wedge: where its width is about a cell. The factor by which that is
+/// farther than at a right angle, at most kFarthest; of the sharpest of the anchor's curves.
+double wedge_factor(const Domain& domain, const CurveNet& net, Index anchor) {
+    constexpr double kFarthest = 2;
+    double factor = 1;
+    for (Index l : net.anchor_leg[anchor]) {
+        const double half = 0.5 * domain.angle[net.legs[l].curve].smallest * std::numbers::pi / 180;
+        factor = std::max(factor, 0.4 / std::tan(std::max(half, 0.01)) + 0.2);
+    }
+    return std::min(factor, kFarthest);
+}
+
 /// Vertices within reach of each anchor, with what they cost in units of the local edge length: distance and
 /// a penalty for every edge too few.
 std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexTree& tree,
-                                       const CurveNet& net, double reach) {
+                                       const Domain& domain, const CurveNet& net, double least_reach) {
     std::vector<Candidate> candidates;
     for (Index a = 0; a < net.anchors.size(); ++a) {
         const auto legs = static_cast<int>(net.anchor_leg[a].size());
         if (legs == 0) continue;
+        const double reach = least_reach * wedge_factor(domain, net, a);
         tree.visit_within(net.anchors[a].place, reach * tree.largest_size(), [&](Index v, double distance) {
             distance /= surface.size[v];
             if (distance > reach) return;
@@ -216,10 +231,20 @@ class Router {
         return domain_.model.project_curve(curve, query).distance;
     }
 
-    double edge_weight(Index curve, Index from, Index to) const {
+    /// The path's reach, or what its ends need: they may have been caught from farther away.
+    double reach_of(Index leg) const {
+        double reach = options_.path_reach;
+        for (Index a : net_.legs[leg].anchor) {
+            const Index v = capture_.anchor_vertex[a];
+            reach = std::max(reach, glm::distance(placed_[v], net_.anchors[a].place) / surface_.size[v] + 1);
+        }
+        return reach;
+    }
+
+    double edge_weight(Index curve, double reach, Index from, Index to) const {
         const double h = 0.5 * (surface_.size[from] + surface_.size[to]);
         const double end = curve_distance(curve, placed_[to]) / h;
-        if (end > options_.path_reach) return kInfinity;
+        if (end > reach) return kInfinity;
         const double middle = curve_distance(curve, 0.5 * (placed_[from] + placed_[to])) / h;
         return h * (0.1 + 4 * middle * middle + 4 * end * end);
     }
@@ -250,6 +275,7 @@ class Router {
         const Leg& l = net_.legs[leg];
         const Index source = capture_.anchor_vertex[l.anchor[0]];
         target_ = capture_.anchor_vertex[l.anchor[1]];
+        const double reach = reach_of(leg);
         const auto [first, last] = first_step_[leg];
         std::unordered_map<Index, std::pair<double, Index>> best; // cost and predecessor
         std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
@@ -268,7 +294,7 @@ class Router {
                 if (!through && u == target_ && last != kNoIndex && v != last) continue;
                 const double pass = passage(leg, u, through);
                 if (pass == kInfinity) continue;
-                const double weight = edge_weight(l.curve, v, u);
+                const double weight = edge_weight(l.curve, reach, v, u);
                 if (weight == kInfinity) continue;
                 const double total = cost + weight + pass + fold_penalty(before, v, u);
                 const auto found = best.find(u);
@@ -349,7 +375,7 @@ Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& p
                          const Domain& domain, const CurveNet& net, const CaptureOptions& options,
                          const Context& context) {
     Capture capture;
-    const std::vector<Candidate> candidates = find_candidates(surface, tree, net, options.reach);
+    const std::vector<Candidate> candidates = find_candidates(surface, tree, domain, net, options.reach);
     capture.anchor_vertex = capture_anchors(candidates, net.anchors.size(), placed.size());
     capture.path.resize(net.legs.size());
     Router(surface, placed, domain, net, candidates, options, capture).run(context);
