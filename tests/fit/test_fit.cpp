@@ -9,6 +9,7 @@
 #include <cmath>
 #include <glm/mat3x3.hpp>
 #include <map>
+#include <numbers>
 #include <set>
 
 using namespace hexopt;
@@ -72,8 +73,9 @@ class Grid {
     std::vector<std::uint8_t> full_;
 };
 
-/// A staircase of cells of size h on an n-cell grid from -1.5, inside the turned box.
-HexMesh make_staircase(const Point& size, const glm::dmat3& turn, int n, double h) {
+/// A staircase of cells of size h on an n-cell grid from -1.5: those whose centre, turned back, is inside.
+template <class Inside>
+HexMesh make_staircase_of(const Inside& inside, const glm::dmat3& turn, int n, double h) {
     const double low = -1.5;
     Grid grid(n);
     const auto each = [&](const auto& visit) {
@@ -82,10 +84,7 @@ HexMesh make_staircase(const Point& size, const glm::dmat3& turn, int n, double 
                 for (int i = 0; i < n; ++i) visit(i, j, k);
     };
     each([&](int i, int j, int k) {
-        const Point local = glm::transpose(turn) * (Point(low) + h * Point(i + .5, j + .5, k + .5));
-        bool inside = true;
-        for (int a = 0; a < 3; ++a) inside = inside && local[a] > 0.1 * h && local[a] < size[a] - 0.1 * h;
-        grid.at(i, j, k) = inside;
+        grid.at(i, j, k) = inside(glm::transpose(turn) * (Point(low) + h * Point(i + .5, j + .5, k + .5)));
     });
     grid.make_manifold();
     HexMesh mesh;
@@ -103,6 +102,16 @@ HexMesh make_staircase(const Point& size, const glm::dmat3& turn, int n, double 
     });
     mesh.revision = 1;
     return mesh;
+}
+
+/// The same for a box, of cells deeper inside than a tenth of their size.
+HexMesh make_staircase(const Point& size, const glm::dmat3& turn, int n, double h) {
+    const auto inside = [&](const Point& x) {
+        for (int a = 0; a < 3; ++a)
+            if (x[a] <= 0.1 * h || x[a] >= size[a] - 0.1 * h) return false;
+        return true;
+    };
+    return make_staircase_of(inside, turn, n, h);
 }
 
 glm::dmat3 rotation(double a, double b) {
@@ -289,6 +298,38 @@ TEST_CASE("fit: a corner stands for those within a cell of it") {
     const fit::SmallFeatures none = fit::find_small_features(*large, std::vector<double>(10, h));
     CHECK(std::count(none.too_small.begin(), none.too_small.end(), 1) == 0);
     for (Index c = 0; c < 10; ++c) CHECK(none.corner[c] == c);
+}
+
+TEST_CASE("fit: the edge of a sharp wedge is captured") {
+    Context context(1);
+    const double h = 0.05, length = 1.3, width = 0.8;
+    const double slope = std::tan(12.5 * std::numbers::pi / 180); // of its two sides: 25 degrees
+    TriangleSoup wedge;
+    for (double z : {0.0, width}) {
+        wedge.vertices.emplace_back(0, 0, z); // the tip
+        wedge.vertices.emplace_back(length, -slope * length, z);
+        wedge.vertices.emplace_back(length, slope * length, z);
+    }
+    wedge.triangles = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3},
+                       {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}};
+    for (int trial = 0; trial < 4; ++trial) {
+        CAPTURE(trial);
+        const glm::dmat3 turn = rotation(0.11 + 0.2 * trial, 0.07 + 0.13 * trial);
+        auto domain = build_domain(turned(wedge, turn), {}, context);
+        REQUIRE(domain);
+        REQUIRE(domain->model.curve_count() == 9);
+        const auto inside = [&](const Point& x) {
+            const double depth = (slope * x.x - std::abs(x.y)) / std::hypot(1, slope);
+            return std::min({depth, length - x.x, x.z, width - x.z}) > 0.1 * h;
+        };
+        auto fitted = fit_boundary(make_staircase_of(inside, turn, 66, h), *domain, {}, context);
+        REQUIRE(fitted);
+        CHECK(fitted->report.captured_corners == 6);
+        CHECK(fitted->report.followed_length > 0.9 * fitted->report.curve_length);
+        for (const auto& released : fitted->report.released_curves)
+            CHECK(domain->angle[released.curve].smallest > 26); // not the tip
+        check_ridges(fitted->fitted, *domain);
+    }
 }
 
 TEST_CASE("fit: a cancelled run ends as such") {

@@ -28,15 +28,11 @@ int usable_edges(const SurfaceMesh& surface, Index v) {
 }
 
 /// A mesh ends before the tip of a wedge: where its width is about a cell. The factor by which that is
-/// farther than at a right angle, at most kFarthest; of the sharpest of the anchor's curves.
-double wedge_factor(const Domain& domain, const CurveNet& net, Index anchor) {
+/// farther than at a right angle, at most kFarthest. angle: through the inside, degrees.
+double wedge_factor(double angle_deg) {
     constexpr double kFarthest = 2;
-    double factor = 1;
-    for (Index l : net.anchor_leg[anchor]) {
-        const double half = 0.5 * domain.angle[net.legs[l].curve].smallest * std::numbers::pi / 180;
-        factor = std::max(factor, 0.4 / std::tan(std::max(half, 0.01)) + 0.2);
-    }
-    return std::min(factor, kFarthest);
+    const double half = 0.5 * angle_deg * std::numbers::pi / 180;
+    return std::clamp(0.4 / std::tan(std::max(half, 0.01)) + 0.2, 1.0, kFarthest);
 }
 
 /// Vertices within reach of each anchor, with what they cost in units of the local edge length: distance and
@@ -47,7 +43,10 @@ std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexT
     for (Index a = 0; a < net.anchors.size(); ++a) {
         const auto legs = static_cast<int>(net.anchor_leg[a].size());
         if (legs == 0) continue;
-        const double reach = least_reach * wedge_factor(domain, net, a);
+        double factor = 1;
+        for (Index l : net.anchor_leg[a])
+            factor = std::max(factor, wedge_factor(domain.angle[net.legs[l].curve].smallest));
+        const double reach = least_reach * factor;
         tree.visit_within(net.anchors[a].place, reach * tree.largest_size(), [&](Index v, double distance) {
             distance /= surface.size[v];
             if (distance > reach) return;
@@ -231,14 +230,8 @@ class Router {
         return domain_.model.project_curve(curve, query).distance;
     }
 
-    /// The path's reach, or what its ends need: they may have been caught from farther away.
     double reach_of(Index leg) const {
-        double reach = options_.path_reach;
-        for (Index a : net_.legs[leg].anchor) {
-            const Index v = capture_.anchor_vertex[a];
-            reach = std::max(reach, glm::distance(placed_[v], net_.anchors[a].place) / surface_.size[v] + 1);
-        }
-        return reach;
+        return options_.path_reach * wedge_factor(domain_.angle[net_.legs[leg].curve].smallest);
     }
 
     double edge_weight(Index curve, double reach, Index from, Index to) const {
