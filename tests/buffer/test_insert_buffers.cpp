@@ -259,6 +259,47 @@ TEST_CASE("buffer: the sides of a ridge that ends inside a patch are told apart"
     CHECK(ridge_edges(out, 2) >= 4);
 }
 
+TEST_CASE("buffer: pillows end some quads from their ridges, on the surface") {
+    const FittedShape prism = make_l_prism(8);
+    BufferOptions options;
+    options.reach_quads = 100;
+    const std::size_t whole = insert(prism, options).fitted.mesh.cell_count();
+    options.reach_quads = 3;
+    BufferOutput out = insert(prism, options);
+    CHECK(out.fitted.mesh.cell_count() < 0.95 * static_cast<double>(whole));
+    CHECK(ridge_edges(out, 2, 4) == ridge_edges(out, 2));
+    check_motion(out, prism, 0.3);
+}
+
+TEST_CASE("buffer: at plain vertices only buffer 1 goes") {
+    const FittedShape slab = make_box_on_slab(3);
+    BufferOptions options;
+    options.pillow_deg = 361;
+    options.collars = false;
+    Context context(1);
+    const auto bare = insert_buffers(slab.fitted, slab.domain, options, context);
+    REQUIRE(bare);
+    options = {};
+    options.plain_vertices.resize(slab.fitted.mesh.vertex_count());
+    std::iota(options.plain_vertices.begin(), options.plain_vertices.end(), Index{0});
+    const auto plain = insert_buffers(slab.fitted, slab.domain, options, context);
+    REQUIRE(plain);
+    CHECK(plain->fitted.mesh.cells == bare->fitted.mesh.cells);
+    CHECK(plain->report.pillows + plain->report.collars == 0);
+
+    Random random(7);
+    for (int round = 0; round < 10; ++round) {
+        options.plain_vertices.clear();
+        for (Index v = 0; v < slab.fitted.mesh.vertex_count(); ++v)
+            if (random.below(8) == 0) options.plain_vertices.push_back(v);
+        const auto some = insert_buffers(slab.fitted, slab.domain, options, context);
+        REQUIRE(some);
+        CHECK(check_sound(some->fitted) == check_sound(slab.fitted));
+    }
+    std::reverse(options.plain_vertices.begin(), options.plain_vertices.end());
+    CHECK(insert_buffers(slab.fitted, slab.domain, options, context).error().code == ErrorCode::usage);
+}
+
 TEST_CASE("buffer: the same mesh for any number of threads") {
     const FittedShape slab = make_box_on_slab(3);
     const BufferOutput first = insert(slab, {}, 1);

@@ -33,8 +33,10 @@ Status check_options(const BufferOptions& options) {
     if (!within(options.join_deg, 360) || !within(options.pillow_deg, 361) ||
         !within(options.corner_deg, 180))
         return make_error(ErrorCode::usage, kStage, "", "an angle is out of range");
-    if (options.relax_sweeps < 0 || options.band_quads < 1)
+    if (options.relax_sweeps < 0 || options.band_quads < 1 || options.reach_quads < 1)
         return make_error(ErrorCode::usage, kStage, "", "sweeps must be 0 or more and bands a quad wide");
+    if (!std::is_sorted(options.plain_vertices.begin(), options.plain_vertices.end()))
+        return make_error(ErrorCode::usage, kStage, "", "plain vertices are not in rising order");
     return Done{};
 }
 
@@ -198,6 +200,7 @@ class BufferRun {
 
     void run() {
         report_.before = count_for_buffers(mesh_, domain_);
+        flag_plain();
         insert_groups();
         context_.report(kStage, 0.4);
         cut_regions();
@@ -214,6 +217,16 @@ class BufferRun {
     BufferReport& report() { return report_; }
 
   private:
+    void flag_plain() {
+        const std::vector<Index>& plain = options_.plain_vertices;
+        for (SurfaceQuad& quad : mesh_.surface) {
+            const Quad q = mesh_.vertices_of(quad.face);
+            quad.is_plain = std::any_of(q.begin(), q.end(), [&](Index v) {
+                return std::binary_search(plain.begin(), plain.end(), v);
+            });
+        }
+    }
+
     /// Patches of each region, rising.
     std::vector<std::vector<Index>> find_patches() const {
         std::vector<std::vector<Index>> patches(regions_.count);
@@ -272,6 +285,14 @@ class BufferRun {
         }
     }
 
+    /// Leaves of the regions what is near these quads.
+    void narrow(const std::vector<Index>& seeds) {
+        narrow_regions(mesh_, regions_, seeds, options_.reach_quads);
+        const std::vector<Index> half = group_;
+        group_.insert(group_.end(), half.begin(), half.end());
+        patches_ = find_patches();
+    }
+
     void insert_series(SheetKind kind, std::vector<RegionSheet> sheets, std::size_t& count) {
         SheetSeries series(mesh_, domain_.model, kind, context_);
         const std::vector<FailedSheet> failed = series.insert(std::move(sheets), regions_.count);
@@ -284,12 +305,14 @@ class BufferRun {
     /// does not split (at one that it splits a set would close off what it leaves beside a third region's
     /// sharp ridge); sets of several regions first.
     void insert_pillows() {
+        narrow(find_quads_at_ridges(mesh_, domain_, options_.pillow_deg));
         std::vector<std::uint8_t> beside(regions_.count, 0);
         const auto is_sharp = [&](const SurfaceRegions::Border& border) {
             return domain_.angle[border.curve].largest >= options_.pillow_deg;
         };
         for (const SurfaceRegions::Border& border : regions_.borders)
-            if (is_sharp(border)) beside[border.a] = beside[border.b] = 1;
+            for (Index region : {border.a, border.b})
+                if (is_sharp(border) && region < regions_.count / 2) beside[region] = 1;
         RegionGroups groups(regions_.count);
         for (const SurfaceRegions::Border& border : regions_.borders) {
             if (is_sharp(border) || !beside[border.a] || !beside[border.b] ||
@@ -317,18 +340,24 @@ class BufferRun {
             return a.regions.size() > b.regions.size();
         });
         insert_series(SheetKind::pillow, std::move(sheets), report_.pillows);
+        widen_regions(mesh_, regions_);
+        group_.resize(regions_.count);
     }
 
     /// Buffer 2.
     void insert_collars() {
         if (!options_.collars) return;
-        std::vector<std::uint8_t> wanted(regions_.count, options_.method == BufferMethod::thesis ? 1 : 0);
-        const auto want = [&](const std::vector<Index>& quads) {
-            for (Index q : quads) wanted[mesh_.surface[q].region] = 1;
+        const bool everywhere = options_.method == BufferMethod::thesis;
+        std::vector<Index> needed = find_flat_quads(mesh_);
+        const auto append = [&](const std::vector<Index>& quads) {
+            needed.insert(needed.end(), quads.begin(), quads.end());
         };
-        want(find_flat_quads(mesh_));
-        want(find_two_face_quads(mesh_));
-        want(find_sharp_corner_quads(mesh_, domain_, options_.corner_deg, options_.join_deg));
+        append(find_two_face_quads(mesh_));
+        append(find_sharp_corner_quads(mesh_, domain_, options_.corner_deg, options_.join_deg));
+        if (!everywhere) narrow(needed);
+        std::vector<std::uint8_t> wanted(regions_.count, everywhere ? 1 : 0);
+        for (Index q : needed)
+            if (!mesh_.surface[q].is_plain) wanted[mesh_.surface[q].region] = 1;
         std::vector<RegionSheet> sheets;
         for (Index region = 0; region < regions_.count; ++region)
             if (wanted[region]) sheets.push_back({{region}});

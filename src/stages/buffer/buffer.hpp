@@ -22,8 +22,11 @@ struct BufferOptions {
     double pillow_deg = 225; ///< 0..361: buffer 1b at ridges from this on; 361: none
     bool collars = true;     ///< buffer 2, on patches that still have flat quads or cells with two faces
     double corner_deg =
-        40;             ///< 0..180: a patch whose boundary turns by less at a joined ridge gets a collar too
-    int band_quads = 4; ///< >= 1: width of what counts as the side of a ridge that ends inside a patch
+        40;              ///< 0..180: a patch whose boundary turns by less at a joined ridge gets a collar too
+    int band_quads = 4;  ///< >= 1: width of what counts as the side of a ridge that ends inside a patch
+    int reach_quads = 6; ///< >= 1: how far buffers 1b and 2 reach from the ridges and quads that they are for
+    /// Vertices of the input, rising: quads that have one get buffer 1 only. Where cells stay bad with more.
+    std::vector<Index> plain_vertices;
     int relax_sweeps = 10; ///< >= 0: Laplacian steps that spread the layers at the end
 };
 

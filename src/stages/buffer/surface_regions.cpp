@@ -376,6 +376,54 @@ void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings) {
     regions.borders = find_borders(mesh);
 }
 
+std::vector<Index> find_quads_at_ridges(const SheetMesh& mesh, const Domain& domain, double angle_deg) {
+    const RidgeFinder ridges(mesh);
+    std::vector<Index> quads;
+    for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), [&](std::span<const EdgeUse> uses) {
+        const Index curve = ridges.curve_of(uses[0].edge);
+        if (curve != kNoIndex && domain.angle[curve].largest >= angle_deg)
+            for (const EdgeUse& use : uses) quads.push_back(use.quad);
+    });
+    return quads;
+}
+
+namespace {
+
+/// Flags the quads of the same region that share a vertex with a flagged one.
+void grow_in_regions(const SheetMesh& mesh, std::vector<std::uint8_t>& flagged) {
+    std::vector<RegionAt> reached;
+    for (Index q = 0; q < mesh.surface.size(); ++q)
+        if (flagged[q])
+            for (Index v : mesh.vertices_of(mesh.surface[q].face))
+                reached.push_back({v, mesh.surface[q].region});
+    std::sort(reached.begin(), reached.end());
+    for (Index q = 0; q < mesh.surface.size(); ++q) {
+        if (flagged[q]) continue;
+        for (Index v : mesh.vertices_of(mesh.surface[q].face))
+            if (std::binary_search(reached.begin(), reached.end(), RegionAt{v, mesh.surface[q].region}))
+                flagged[q] = 1;
+    }
+}
+
+} // namespace
+
+void narrow_regions(SheetMesh& mesh, SurfaceRegions& regions, std::span<const Index> seeds, int rings) {
+    std::vector<std::uint8_t> inside(mesh.surface.size(), 0);
+    for (Index q : seeds) inside[q] = 1;
+    for (int ring = 0; ring < rings; ++ring) grow_in_regions(mesh, inside);
+    for (Index q = 0; q < mesh.surface.size(); ++q)
+        if (!inside[q] || mesh.surface[q].is_plain) mesh.surface[q].region += regions.count;
+    regions.count *= 2;
+    mend_pinched(mesh);
+    regions.borders = find_borders(mesh);
+}
+
+void widen_regions(SheetMesh& mesh, SurfaceRegions& regions) {
+    regions.count /= 2;
+    for (SurfaceQuad& quad : mesh.surface) quad.region %= regions.count;
+    regions.borders = find_borders(mesh);
+}
+
 RegionGroups::RegionGroups(Index region_count) : parent_(region_count) {
     std::iota(parent_.begin(), parent_.end(), Index{0});
 }
