@@ -339,6 +339,15 @@ std::vector<MeshKey> surface_keys() {
                "How far lines of --features may be from the surface, as a fraction of its diagonal",
                {0, 0.01}, HEXOPT_FIELD(options.feature_reach_rel)),
         farfield_key(),
+        choice("planar.mesh", "--planar",
+               "Mesh in the plane, one cell thick: thin slabs (outlines always), any slab, or none",
+               Words<PlanarChoice>{{"automatic", PlanarChoice::automatic},
+                                   {"yes", PlanarChoice::yes},
+                                   {"no", PlanarChoice::no}},
+               HEXOPT_FIELD(options.planar)),
+        number("planar.thickness", "--thickness",
+               "Of the mesh of outlines (.dat), model units; 0: a hundredth of their diagonal",
+               {0, kInfinity}, HEXOPT_FIELD(options.thickness)),
     };
 }
 

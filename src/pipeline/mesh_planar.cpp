@@ -3,7 +3,6 @@
 #include "domain/outline_touching.hpp"
 #include "domain/weld_surface.hpp"
 #include "mesh/validate_structure.hpp"
-#include "stages/optimize/contact_guard.hpp"
 #include "stages/planar/outline_deviation.hpp"
 #include "stages/planar/planar.hpp"
 
@@ -18,6 +17,7 @@ namespace hexopt {
 namespace {
 
 constexpr int kMostRounds = 40;         ///< of trimming; each asks for one more level at the most
+constexpr int kJoinLevels = 2;          ///< beyond those for gaps: how often cells are refined to join parts
 constexpr double kSlabThickness = 0.05; ///< of the diagonal: what is taken for a slab without being told
 constexpr double kTrimEnd = 0.3, kRelaxEnd = 0.85, kMeasureEnd = 0.97;
 
@@ -35,6 +35,7 @@ class PlanarRun {
         if (options_.fit_repairs < 0 || options_.fit_repairs > 5)
             return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
         if (Status ok = choose(std::move(slab)); !ok) return ok.error();
+        if (Status ok = check_initial_mesh(); !ok) return ok.error();
         const OutlineCurves curves(slab_.outline, options_.features.feature_angle_deg);
         if (Status ok = start_refinement(); !ok) return ok.error();
         if (Status ok = fit_and_relax(curves); !ok) return ok.error();
@@ -69,6 +70,27 @@ class PlanarRun {
         return Done{};
     }
 
+    /// It is to be one cell thick and to hold the whole outline.
+    Status check_initial_mesh() const {
+        const InitialMeshOptions& initial = options_.refine.initial;
+        if (initial.mesh)
+            return make_error(ErrorCode::usage, "refine", "initial mesh",
+                              "a planar mesh takes none; give counts");
+        if (initial.cells[2] > 1)
+            return make_error(ErrorCode::usage, "refine", "initial cells",
+                              "a planar mesh is one cell thick: the third count must be 1");
+        if (!initial.box) return Done{};
+        for (const OutlineLoop& loop : slab_.outline.loops)
+            for (const Point2& p : loop.points)
+                if (!(p.x > initial.box->low.x && p.x < initial.box->high.x && p.y > initial.box->low.y &&
+                      p.y < initial.box->high.y))
+                    return make_error(
+                        ErrorCode::usage, "refine", "box",
+                        fmt::format("the point ({:.6g}, {:.6g}) of the outline is not inside the box", p.x,
+                                    p.y));
+        return Done{};
+    }
+
     Status start_refinement() {
         const auto solid = clock_.run("extrude", [&] { return make_solid(slab_); });
         if (!solid) return solid.error();
@@ -93,9 +115,11 @@ class PlanarRun {
         QuadTrimOptions trimming;
         for (int round = 1;; ++round) {
             trimming.may_refine = trimming.may_refine && round < kMostRounds;
+            trimming.may_join = joins_ < options_.refine.gap_levels + kJoinLevels;
             auto fitted =
                 clock_.run("fit", [&] { return fit_outline(refined_->octree, curves, trimming, context_); });
             ++outcome_.trim_rounds;
+            if (fitted && fitted->asked_to_join) ++joins_;
             if (!fitted || fitted->refine_cells.empty()) return fitted;
             if (refine_cells(*refined_, fitted->refine_cells, context_).requested == 0)
                 trimming.may_refine = false;
@@ -124,7 +148,8 @@ class PlanarRun {
             outcome_.trim.octree_cells = refined_->octree.cell_count();
             outcome_.trim.kept_cells = fitted->kept_cells;
             outcome_.trim.cut_cells = fitted->cut_cells;
-            outcome_.trim.manifold_removed = fitted->removed_cells;
+            outcome_.trim.manifold_removed = fitted->removed_cells - fitted->dropped_cells;
+            outcome_.trim.part_cells_dropped = fitted->dropped_cells;
             mesh_ = std::move(fitted->mesh);
             start_ = mesh_.positions;
             begin(context_, "optimize", kTrimEnd, kRelaxEnd);
@@ -170,8 +195,7 @@ class PlanarRun {
         outcome_.deviation = clock_.run(
             "deviation", [&] { return measure_outline_deviation(mesh_, curves, context_.parallel()); });
         outcome_.deviation.diagonal = domain_->model.diagonal();
-        outcome_.contacts = clock_.run(
-            "contacts", [&] { return find_boundary_contacts(mesh, topology, unhurried.parallel()); });
+        outcome_.contacts = clock_.run("contacts", [&] { return find_wall_contacts(mesh_); });
         const ValidityCounts& validity = outcome_.after.validity;
         const bool is_below =
             options_.target_min_sj && validity.min_scaled_jacobian < *options_.target_min_sj;
@@ -204,6 +228,12 @@ class PlanarRun {
                                         report.regions.dropped_loops));
         if (outcome_.refine.budget_hit())
             notes.emplace_back("The budget of cells was used up: some criteria of refinement were given up.");
+        if (outcome_.trim.part_cells_dropped > 0)
+            notes.push_back(
+                fmt::format("{} cells in parts that only gaps narrower than a cell lead to were left "
+                            "out, and these parts filled from outside: smaller cells (--size, "
+                            "--gap-levels) may help.",
+                            outcome_.trim.part_cells_dropped));
         if (report.relax.out_of_time) notes.emplace_back("Optimizing ended at its time limit.");
         double sharpest = 360;
         for (Index l = 0; l < curves.loop_count(); ++l)
@@ -225,6 +255,7 @@ class PlanarRun {
     std::optional<RefineOutput> refined_;
     QuadMesh mesh_;
     std::vector<Point2> start_;
+    int joins_ = 0; ///< times that cells were refined to join parts
     bool cancelled_ = false;
 };
 

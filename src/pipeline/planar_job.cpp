@@ -22,6 +22,8 @@ constexpr std::string_view kOnlyInSpace[] = {
     "features.patch_borders",
     "features.lines",
     "features.reach",
+    "optimize.cad_projection",
+    "optimize.repairs",
     "refine.feature_cells",
     "refine.initial_mesh",
     "refine.curves",
@@ -44,8 +46,8 @@ bool is_only_in_space(std::string_view name) {
 Status check_planar_keys(const MeshJob& job, bool has_outlines) {
     const MeshJob standard;
     for (const MeshKey& key : mesh_keys()) {
-        const bool is_unused =
-            is_only_in_space(key.name) || key.name == (has_outlines ? "surface.weld" : "planar.thickness");
+        const bool is_unused = is_only_in_space(key.name) || (has_outlines ? key.name.starts_with("surface.")
+                                                                           : key.name == "planar.thickness");
         if (is_unused && key.get(job) != key.get(standard))
             return usage(key.flag, fmt::format("{} has no effect on {}; leave it out{}", key.name,
                                                has_outlines ? "meshes of outlines" : "meshes of slabs",

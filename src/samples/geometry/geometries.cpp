@@ -17,7 +17,7 @@ struct Geometry {
     Maker make;
 };
 
-constexpr std::array<Geometry, 11> kGeometries = {{
+constexpr std::array<Geometry, 12> kGeometries = {{
     {{"cylinder", "straight pipe", 48, false}, "", geometry::make_cylinder},
     {{"three-pipe-joint", "three pipes of different width that meet in a ball", 48, false},
      "",
@@ -34,9 +34,12 @@ constexpr std::array<Geometry, 11> kGeometries = {{
     {{"front-wing", "half of a racing car's front wing and nose over the ground", 48, false},
      "",
      geometry::make_front_wing},
-    {{"airfoil", "flow past an airfoil, a slab one tenth of the chord thick", 96, true},
+    {{"airfoil", "flow past an airfoil, a slab a fiftieth of the chord thick", 96, true},
      "0012",
      geometry::make_airfoil_slab},
+    {{"multi-element", "flow past an airfoil with slat and flap, a thin slab", 120, false},
+     "",
+     geometry::make_multi_element_slab},
     {{"cooled-blade", "slab of a turbine blade with seven cooling passages", 48, false},
      "",
      geometry::make_cooled_blade},

@@ -19,6 +19,7 @@ Result<Solid> make_tire_gap(const GeometryOptions& options, Context& context);
 
 // wings.cpp
 Result<Solid> make_airfoil_slab(const GeometryOptions& options, Context& context);
+Result<Solid> make_multi_element_slab(const GeometryOptions& options, Context& context);
 Result<Solid> make_cooled_blade(const GeometryOptions& options, Context& context);
 Result<Solid> make_wing(const GeometryOptions& options, Context& context);
 Result<Solid> make_business_jet(const GeometryOptions& options, Context& context);

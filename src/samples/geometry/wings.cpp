@@ -61,6 +61,33 @@ Result<Solid> make_wing_solid(const WingShape& shape) {
     return loft(wing);
 }
 
+Result<Solid> make_multi_element_slab(const GeometryOptions& options, Context&) {
+    struct Element {
+        const char* name;
+        NacaSection section;
+        double chord, down_deg; ///< turned nose up by a negative angle
+        Point2 nose;
+    };
+    const std::array<Element, 3> kElements = {{{"slat", {0.06, 0.4, 0.12}, 0.17, -25, {-0.13, -0.1}},
+                                               {"main", {0.04, 0.4, 0.12}, 1, 0, {0, 0}},
+                                               {"flap", {0.05, 0.4, 0.12}, 0.3, 28, {0.985, -0.035}}}};
+    Extrusion slab;
+    slab.outer = {{{-5, -6}, {9, -6}, {9, 6}, {-5, 6}}, {"farfield", "outlet", "farfield", "inlet"}};
+    for (const Element& element : kElements) {
+        const double a = radians(-element.down_deg);
+        Loop loop{{}, {element.name}};
+        for (const Point2& p : make_naca_four(element.section, options.size / 2))
+            loop.points.push_back(element.nose +
+                                  element.chord * Point2(std::cos(a) * p.x - std::sin(a) * p.y,
+                                                         std::sin(a) * p.x + std::cos(a) * p.y));
+        slab.holes.push_back(std::move(loop));
+    }
+    slab.high = 0.01;
+    slab.low_name = "back";
+    slab.high_name = "front";
+    return extrude(slab);
+}
+
 Result<Solid> make_airfoil_slab(const GeometryOptions& options, Context& context) {
     auto outline = make_airfoil(options.airfoil, options.size / 2, context);
     if (!outline) return outline.error();
@@ -75,7 +102,7 @@ Result<Solid> make_airfoil_slab(const GeometryOptions& options, Context& context
                    {left - 5 * chord, 6 * chord}},
                   {"farfield", "outlet", "farfield", "inlet"}};
     slab.holes = {{std::move(*outline), {"airfoil"}}};
-    slab.high = 0.1 * chord;
+    slab.high = 0.02 * chord;
     slab.low_name = "back";
     slab.high_name = "front";
     return extrude(slab);

@@ -14,7 +14,8 @@ constexpr double kLengthWeight = 0.3; ///< of the squared logarithm of an edge's
 constexpr double kSlantWeight = 0.5;  ///< of 1 - cosine between a link and the kept loop's normal
 constexpr double kShapeWeight = 0.6;  ///< of a kept vertex with too many or few cells for its corner, squared
 constexpr double kShortest = 0.05;    ///< of an edge of the outline, to that of the kept loop
-constexpr std::size_t kMostCandidates = 100'000'000;
+constexpr Index kCornerReach = 8;     ///< vertices before and after the nearest one that may take a corner
+constexpr std::size_t kMostPairs = 200'000'000; ///< of candidates of neighbouring vertices
 
 struct Sample {
     double s;
@@ -43,7 +44,7 @@ class LoopMatcher {
         make_samples();
         choose_start();
         count_corners();
-        for (double widen = 1; widen <= 64; widen *= 4)
+        for (double widen = 1; widen <= 16; widen *= 2)
             if (search(widen)) return links();
         return {};
     }
@@ -61,7 +62,7 @@ class LoopMatcher {
     void make_samples() {
         std::vector<SegmentTree::Segment> edges;
         for (Index i = 0; i < m_; ++i) edges.push_back({point(i), point(i + 1)});
-        const SegmentTree kept(std::move(edges));
+        kept_ = SegmentTree(std::move(edges));
         const double length = curves_.length(loop_.outline);
         const auto& corners = curves_.corners(loop_.outline);
         const auto fill = [&](double from, double to) {
@@ -69,7 +70,7 @@ class LoopMatcher {
             std::vector<double> places;
             while (s < to) {
                 places.push_back(s);
-                const auto near = kept.nearest(curves_.point(loop_.outline, s));
+                const auto near = kept_.nearest(curves_.point(loop_.outline, s));
                 s += edge_[near.segment] / kSamplesPerCell;
             }
             // Spread evenly, so that the last is no shorter than the others.
@@ -174,10 +175,26 @@ class LoopMatcher {
                     columns[k].push_back({u, false, 1e300, kNoIndex});
                 return true;
             });
-            std::sort(columns[k].begin(), columns[k].end(),
+        }
+        collect_corners(columns);
+        for (auto& column : columns) {
+            std::sort(column.begin(), column.end(),
                       [](const Candidate& a, const Candidate& b) { return a.sample < b.sample; });
+            const auto same = [](const Candidate& a, const Candidate& b) { return a.sample == b.sample; };
+            column.erase(std::unique(column.begin(), column.end(), same), column.end());
         }
         columns[m_] = {{n_, false, 1e300, kNoIndex}};
+    }
+
+    /// Corners in tips that the kept cells do not reach into.
+    void collect_corners(std::vector<std::vector<Candidate>>& columns) const {
+        for (Index u = 1; u < n_; ++u) {
+            if (sample(u).corner == kNoIndex) continue;
+            const Index nearest = (kept_.nearest(sample(u).point).segment + m_ - start_vertex_) % m_;
+            const Index first = nearest > kCornerReach ? nearest - kCornerReach : 1;
+            for (Index k = first; k <= std::min(nearest + kCornerReach, m_ - 1); ++k)
+                columns[k].push_back({u, false, 1e300, kNoIndex});
+        }
     }
 
     /// From column k - 1 to the entries of column k.
@@ -205,7 +222,7 @@ class LoopMatcher {
         collect(widen, columns_);
         std::size_t total = 0;
         for (const auto& column : columns_) total += column.size() * column.size();
-        if (total > kMostCandidates * 10) return false;
+        if (total > kMostPairs) return false;
         for (Index k = 1; k <= m_; ++k) {
             advance(columns_[k - 1], columns_[k], start_vertex_ + k);
             for (Index b = 0; b < columns_[k].size(); ++b) {
@@ -247,7 +264,7 @@ class LoopMatcher {
     std::vector<Point2> points_;
     std::vector<double> edge_;
     std::vector<Sample> samples_;
-    SegmentTree tree_;
+    SegmentTree tree_, kept_; ///< samples joined by chords, and the kept loop
     std::vector<Index> corners_before_;
     std::vector<std::vector<Candidate>> columns_;
 };

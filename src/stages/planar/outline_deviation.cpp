@@ -37,6 +37,13 @@ struct Sum {
     }
 };
 
+SegmentTree tree_of_wall(const QuadMesh& mesh) {
+    std::vector<SegmentTree::Segment> edges;
+    for (const QuadMesh::WallEdge& edge : mesh.wall)
+        edges.push_back({mesh.positions[edge.a], mesh.positions[edge.b]});
+    return SegmentTree(std::move(edges));
+}
+
 template <class Visit>
 DirectedDeviation sum_over(std::size_t count, const Parallel& parallel, const Visit& visit) {
     return parallel
@@ -56,11 +63,34 @@ DirectedDeviation sum_over(std::size_t count, const Parallel& parallel, const Vi
 
 } // namespace
 
-Deviation measure_outline_deviation(const QuadMesh& mesh, const OutlineCurves& curves, const Parallel& parallel) {
-    std::vector<SegmentTree::Segment> edges;
-    for (const QuadMesh::WallEdge& edge : mesh.wall)
-        edges.push_back({mesh.positions[edge.a], mesh.positions[edge.b]});
-    const SegmentTree wall(std::move(edges));
+std::vector<Index> find_wall_contacts(const QuadMesh& mesh) {
+    const auto side_of = [](const Point2& a, const Point2& b, const Point2& p) {
+        return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+    };
+    const SegmentTree wall = tree_of_wall(mesh);
+    std::vector<Index> found;
+    for (Index e = 0; e < wall.size(); ++e) {
+        const auto& [a, b] = wall.segment(e);
+        Box2 box;
+        box.add(a);
+        box.add(b);
+        const QuadMesh::WallEdge& own = mesh.wall[e];
+        bool touched = false;
+        wall.visit_box(box, [&](Index other) {
+            const auto& [c, d] = wall.segment(other);
+            const QuadMesh::WallEdge& edge = mesh.wall[other];
+            if (edge.a == own.a || edge.a == own.b || edge.b == own.a) return true;
+            touched = side_of(a, b, c) * side_of(a, b, d) <= 0 && side_of(c, d, a) * side_of(c, d, b) <= 0;
+            return !touched;
+        });
+        if (touched) found.push_back(e);
+    }
+    return found;
+}
+
+Deviation measure_outline_deviation(const QuadMesh& mesh, const OutlineCurves& curves,
+                                    const Parallel& parallel) {
+    const SegmentTree wall = tree_of_wall(mesh);
     Deviation found;
     found.diagonal = curves.diagonal();
     found.surface_to_mesh = sum_over(curves.tree().size(), parallel, [&](Index s, Sum& sum) {

@@ -1,5 +1,7 @@
 #include "stages/planar/planar.hpp"
 
+#include "stages/planar/outline_deviation.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -23,6 +25,8 @@ Result<PlanarFit> fit_outline(const HexMesh& quadtree, const OutlineCurves& curv
     PlanarFit out;
     out.cut_cells = trimmed->cut_cells;
     out.removed_cells = trimmed->removed_cells;
+    out.dropped_cells = trimmed->dropped_cells;
+    out.asked_to_join = trimmed->asked_to_join;
     out.refine_cells = std::move(trimmed->refine_cells);
     if (!out.refine_cells.empty()) return out;
     QuadMesh& mesh = trimmed->mesh;
@@ -63,6 +67,8 @@ std::vector<Index> find_coarse_cells(const QuadMesh& mesh, const HexMesh& quadtr
             largest_deviation)
             coarse.push_back({mesh.positions[edge.a], mesh.positions[edge.b]});
     }
+    for (Index e : find_wall_contacts(mesh))
+        coarse.push_back({mesh.positions[mesh.wall[e].a], mesh.positions[mesh.wall[e].b]});
     for (std::size_t q = 0; q < mesh.quads.size(); ++q) {
         if (quad_scaled_jacobian(mesh, q) > 0) continue;
         for (int k = 0; k < 4; ++k)

@@ -9,8 +9,9 @@ namespace hexopt {
 struct PlanarFit {
     QuadMesh mesh;                   ///< empty while refine_cells is not
     std::vector<Index> refine_cells; ///< cells of the quadtree to be refined before all fits, rising
+    bool asked_to_join = false;      ///< as in TrimmedQuads
     WallRowReport row;
-    std::size_t kept_cells = 0, cut_cells = 0, removed_cells = 0;
+    std::size_t kept_cells = 0, cut_cells = 0, removed_cells = 0, dropped_cells = 0;
 };
 
 /// From a quadtree to a mesh of the region inside the outlines: trims, joins the kept cells' boundary to the
@@ -21,7 +22,8 @@ Result<PlanarFit> fit_outline(const HexMesh& quadtree, const OutlineCurves& curv
                               const QuadTrimOptions& options, Context& context);
 
 /// Cells of the quadtree that are too large for a fitted mesh: at edges on an outline whose chord leaves it
-/// by more than `largest_deviation` (model units; 0: any will do), and round quads that are inverted.
+/// by more than `largest_deviation` (model units; 0: any will do) or that cross others, and round quads that
+/// are inverted.
 std::vector<Index> find_coarse_cells(const QuadMesh& mesh, const HexMesh& quadtree,
                                      const OutlineCurves& curves, double largest_deviation);
 

@@ -148,9 +148,10 @@ void QuadMotion::add_quad(Index v, Index quad, const QuadEnergy& energy, Derivat
         const double t2 = (a * a + b * b) / area / chi;
         const double mixed = first / (chi * chi);
         const double inner = shape * (2 * first * first / (chi * chi) - second / chi);
-        const double outer1 = energy.power * std::pow(shape, energy.power - 1);
-        const double outer2 = energy.power * (energy.power - 1) * std::pow(shape, energy.power - 2);
-        sum.value += std::pow(shape, energy.power);
+        double outer1 = energy.power; // first and second derivative of shape^p
+        for (int i = 1; i < energy.power; ++i) outer1 *= shape;
+        const double outer2 = outer1 * (energy.power - 1) / shape;
+        sum.value += outer1 * shape / energy.power;
         sum.gradient += outer1 * ds;
         const auto curve = [&](double di, double dj, double ti, double tj, double si, double sj,
                                double same) {

@@ -12,7 +12,7 @@ namespace hexopt {
 /// regularised by epsilon (Garanzha et al. 2021).
 struct QuadEnergy {
     double epsilon = 1e-6; ///< in units of the cell's area
-    double power = 1;
+    int power = 1;         ///< at least 1
 };
 
 /// Moves single vertices of a planar mesh: free ones anywhere, those on outlines along them, corners not.

@@ -15,7 +15,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kChunk = 64;
 constexpr int kRaiseSweeps = 40;
 /// Parts of the sweeps at which the power of the energy rises, and to what.
-constexpr std::array<std::pair<double, double>, 3> kPowers = {{{0.0, 1}, {0.6, 2}, {0.8, 4}}};
+constexpr std::array<std::pair<double, int>, 3> kPowers = {{{0.0, 1}, {0.6, 2}, {0.8, 4}}};
 
 class Relaxation {
   public:
@@ -78,7 +78,7 @@ class Relaxation {
         return any;
     }
 
-    bool step(double power) {
+    bool step(int power) {
         const double worst = motion_.smallest_determinant(context_.parallel());
         const double epsilon = worst > 1e-3 ? 1e-6 : std::sqrt(1e-6 + 0.04 * worst * worst) + 0.02;
         const QuadEnergy energy = {epsilon, power};

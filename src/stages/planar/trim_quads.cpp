@@ -224,14 +224,16 @@ class QuadTrimmer {
             if (!kept_[c]) continue;
             const Index root = sets.find(static_cast<Index>(c));
             if (is_main[root]) continue;
-            if (options_.may_refine && cells[root] >= kSmallPart) {
+            if (options_.may_refine && options_.may_join && cells[root] >= kSmallPart) {
                 for (Index v : quad(c)) beside[v] = 1;
                 asks = true;
             } else {
                 remove(c);
+                out_.dropped_cells += cells[root] >= kSmallPart;
                 removed = true;
             }
         }
+        out_.asked_to_join = asks;
         for (std::size_t c = 0; asks && c < tree_.cell_count(); ++c) {
             const Quad q = quad(c);
             if (!kept_[c] && cut_[c] &&

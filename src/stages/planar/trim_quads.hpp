@@ -12,6 +12,7 @@ struct QuadTrimOptions {
     double margin_h = 0.25; ///< least distance of kept cells from the outline, in cell sizes
     /// Whether cells may still be refined; else what does not fit is removed.
     bool may_refine = true;
+    bool may_join = true; ///< whether parts of a region may be joined by refining what lies between
 };
 
 /// The boundary of the kept cells that belongs to one loop of the outline.
@@ -26,7 +27,9 @@ struct TrimmedQuads {
     QuadMesh mesh; ///< kept cells alone; nothing bound
     std::vector<KeptLoop> loops;
     std::vector<Index> refine_cells; ///< cells of the quadtree to be refined before all fits, rising
+    bool asked_to_join = false;      ///< some of these are to join parts
     std::size_t cut_cells = 0, removed_cells = 0;
+    std::size_t dropped_cells = 0; ///< of the removed ones: in parts that were not joined
 };
 
 /// Keeps the cells of a quadtree (a mesh of hexahedra one cell thick in z) that lie inside the outlines and
