@@ -83,8 +83,8 @@ bool pass(Archive& archive, Outcome& outcome, Failure& error) {
     return archive.numbers(soup.vertices) && archive.numbers(soup.triangles) && archive.numbers(soup.patch) &&
            archive.texts(soup.patch_names) && archive.numbers(outcome.surface.patch_colour) &&
            archive.number(outcome.surface.face_count) && archive.number(outcome.surface.failed_faces) &&
-           archive.texts(outcome.warnings) && archive.number(error.code) && archive.text(error.stage) &&
-           archive.text(error.where) && archive.texts(error.reasons);
+           archive.numbers(outcome.points) && archive.texts(outcome.warnings) && archive.number(error.code) &&
+           archive.text(error.stage) && archive.text(error.where) && archive.texts(error.reasons);
 }
 
 } // namespace

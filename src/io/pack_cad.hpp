@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/project_on_cad.hpp"
 #include "io/read_cad.hpp"
 
 #include <string>
@@ -7,10 +8,11 @@
 
 namespace hexopt::io_detail {
 
-/// What reading a CAD file ends with, as it passes from one process to the other.
+/// What work on a CAD file ends with, as it passes from one process to the other.
 struct CadOutcome {
     CadSurface surface;
-    std::optional<Error> error; ///< instead of the surface
+    std::vector<CadPoint> points; ///< of project_on_cad(), one a query; `match` negative where there is none
+    std::optional<Error> error;   ///< instead of the surface
     std::vector<std::string> warnings;
 };
 

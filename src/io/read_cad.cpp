@@ -1,6 +1,7 @@
 #include "io/read_cad.hpp"
 
 #include "io/cad_format.hpp"
+#include "io/cad_shape.hpp"
 #include "io/pack_cad.hpp"
 #include "io/run_apart.hpp"
 #include "io/scanner.hpp"
@@ -21,7 +22,6 @@
 #include <Interface_Static.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
-#include <NCollection_DataMap.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
 #include <Quantity_Color.hxx>
@@ -36,7 +36,6 @@
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
-#include <TopTools_ShapeMapHasher.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
@@ -57,24 +56,10 @@ namespace hexopt::io_detail {
 
 namespace {
 
-using Colour = std::optional<std::array<double, 3>>;
 constexpr std::size_t kMemoryPerByte = 4096; ///< of a file: what its reading may take
 constexpr unsigned kLongestSeconds = 900;    ///< of one core
 constexpr double kSewing = 1e-5;             ///< gap that sewing closes, of the diagonal
 constexpr double kUnbounded = 1e50;          ///< OpenCASCADE ends unbounded boxes at 1e100
-
-/// What a file says of a face beside its geometry.
-struct FaceLabel {
-    std::string name;
-    Colour colour;
-    bool own_colour = false; ///< not the solid's
-};
-using FaceLabels = NCollection_DataMap<TopoDS_Shape, FaceLabel, TopTools_ShapeMapHasher>;
-
-struct CadShape {
-    TopoDS_Shape shape;
-    FaceLabels labels; ///< by face without its location
-};
 
 /// Bytes under a name, for readers that only open files.
 class MemoryFile {
@@ -383,7 +368,7 @@ Status tessellate(const std::string& file, CadShape& cad, CadFormat format,
     BRepBndLib::Add(cad.shape, box, Standard_False);
     if (box.IsVoid() || !(std::sqrt(box.SquareExtent()) < kUnbounded))
         return bad(file, "has no bounded extent", "trim its faces");
-    const double diagonal = std::sqrt(box.SquareExtent());
+    const double diagonal = cad.diagonal = std::sqrt(box.SquareExtent());
     if (!(diagonal > 0)) return bad(file, "is a single point", kCheckModel);
     if (format == CadFormat::iges) sew(cad, kSewing * diagonal);
     IMeshTools_Parameters parameters;
@@ -394,37 +379,42 @@ Status tessellate(const std::string& file, CadShape& cad, CadFormat format,
     return Done{};
 }
 
-Result<CadSurface> load(CadFormat format, const std::string& file, std::string_view bytes,
-                        const TessellationOptions& options, const Context& context,
-                        std::vector<std::string>& warnings) {
+Result<CadSurface> load_surface(CadFormat format, const std::string& file, std::string_view bytes,
+                                const TessellationOptions& options, const Context& context,
+                                std::vector<std::string>& warnings) {
     CadShape cad;
+    if (const Status status = load_cad_shape(format, file, bytes, options, cad); !status)
+        return status.error();
+    return gather(file, cad, context, warnings);
+}
+
+} // namespace
+
+Status load_cad_shape(CadFormat format, const std::string& file, std::string_view bytes,
+                      const TessellationOptions& options, CadShape& cad) {
     const bool is_read = format == CadFormat::step   ? load_step(bytes, cad)
                          : format == CadFormat::iges ? load_iges(bytes, cad)
                                                      : load_brep(bytes, cad);
     if (!is_read) return bad(file, "OpenCASCADE cannot read it", kCheckModel);
-    if (const Status status = tessellate(file, cad, format, options); !status) return status.error();
-    return gather(file, cad, context, warnings);
+    return tessellate(file, cad, format, options);
 }
 
-/// load() with what OpenCASCADE throws as errors.
-CadOutcome load_safely(CadFormat format, const std::string& file, std::string_view bytes,
-                       const TessellationOptions& options, const Context& context) {
+CadOutcome work_safely(const std::string& file, const std::function<void(CadOutcome&)>& work) {
+    const auto failed = [](Error error) {
+        CadOutcome outcome;
+        outcome.error = std::move(error);
+        return outcome;
+    };
     const auto refused = [&](std::string_view reason) {
-        return CadOutcome{
-            {}, bad(file, fmt::format("OpenCASCADE cannot read it ({})", shown(reason)), kCheckModel), {}};
+        return failed(bad(file, fmt::format("OpenCASCADE cannot read it ({})", shown(reason)), kCheckModel));
     };
     const auto no_memory = [&] {
-        return CadOutcome{
-            {}, make_error(ErrorCode::out_of_memory, "read", file, "no memory for this model"), {}};
+        return failed(make_error(ErrorCode::out_of_memory, "read", file, "no memory for this model"));
     };
     try {
         Message::DefaultMessenger()->ChangePrinters().Clear();
         CadOutcome outcome;
-        Result<CadSurface> surface = load(format, file, bytes, options, context, outcome.warnings);
-        if (surface)
-            outcome.surface = std::move(*surface);
-        else
-            outcome.error = surface.error();
+        work(outcome);
         return outcome;
     } catch (const Standard_OutOfMemory&) {
         return no_memory();
@@ -437,28 +427,40 @@ CadOutcome load_safely(CadFormat format, const std::string& file, std::string_vi
     }
 }
 
-} // namespace
-
-Result<CadSurface> read_cad_bytes(const std::string& file, std::string_view bytes,
-                                  const TessellationOptions& options, const Context& context) {
+Result<CadOutcome> work_on_cad_apart(CadFormat format, const std::string& file, std::string_view bytes,
+                                     const TessellationOptions& options, const Context& context,
+                                     const std::function<void(CadOutcome&)>& work) {
     if (!(options.deflection_rel >= 1e-7 && options.deflection_rel <= 0.1) ||
         !(options.angle_deg >= 1 && options.angle_deg <= 90))
         return make_error(
             ErrorCode::usage, "read", file,
             fmt::format("tessellation to {} of the diagonal and {} degrees; give 1e-7 to 0.1 and 1 to 90",
                         options.deflection_rel, options.angle_deg));
-    const CadFormat format = recognise_cad(file, bytes);
     if (const Status status = check_cad(format, file, bytes); !status) return status.error();
     // OpenCASCADE follows references that lead nowhere: a damaged file can crash it.
-    const Result<std::string> packed =
-        run_apart(file, kMemoryPerByte * bytes.size(), kLongestSeconds, context,
-                  [&] { return pack(load_safely(format, file, bytes, options, context)); });
+    const Result<std::string> packed = run_apart(file, kMemoryPerByte * bytes.size(), kLongestSeconds,
+                                                 context, [&] { return pack(work_safely(file, work)); });
     if (!packed) return packed.error();
     CadOutcome outcome;
     if (!unpack(*packed, outcome)) return bad(file, "its reader ended early", kCheckModel);
     for (const std::string& warning : outcome.warnings) context.log(LogLevel::warning, warning);
     if (outcome.error) return *std::move(outcome.error);
-    return std::move(outcome.surface);
+    return outcome;
+}
+
+Result<CadSurface> read_cad_bytes(const std::string& file, std::string_view bytes,
+                                  const TessellationOptions& options, const Context& context) {
+    const CadFormat format = recognise_cad(file, bytes);
+    Result<CadOutcome> outcome =
+        work_on_cad_apart(format, file, bytes, options, context, [&](CadOutcome& out) {
+            Result<CadSurface> surface = load_surface(format, file, bytes, options, context, out.warnings);
+            if (surface)
+                out.surface = std::move(*surface);
+            else
+                out.error = surface.error();
+        });
+    if (!outcome) return outcome.error();
+    return std::move(outcome->surface);
 }
 
 } // namespace hexopt::io_detail

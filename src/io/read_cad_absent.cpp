@@ -1,5 +1,6 @@
 // Instead of read_cad.cpp in a build without OpenCASCADE.
 #include "io/cad_format.hpp"
+#include "io/project_on_cad.hpp"
 
 namespace hexopt {
 
@@ -12,6 +13,12 @@ Result<CadSurface> io_detail::read_cad_bytes(const std::string& file, std::strin
                  file,
                  {"a CAD file, and this build has no OpenCASCADE to read it",
                   "build with libocct-data-exchange-dev installed, or export the model as STL"}};
+}
+
+Result<std::vector<std::optional<CadPoint>>> project_on_cad(const std::filesystem::path& path, std::uint64_t,
+                                                            const TessellationOptions&, double,
+                                                            std::span<const CadQuery>, Context&) {
+    return make_error(ErrorCode::bad_input, "cad projection", path.string(), "this build has no OpenCASCADE");
 }
 
 bool cad_is_supported() { return false; }

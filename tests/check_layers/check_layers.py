@@ -21,7 +21,7 @@ RESERVED = [
     (re.compile(r"^(vulkan/|vk_video/)"), ("src/compute/vulkan/", "tests/"), "Vulkan"),
     (re.compile(r"^CGAL/"), ("src/domain/", "src/samples/geometry/", "tests/domain/"), "CGAL"),
     (re.compile(r"^[A-Za-z0-9_]+\.hxx$"),
-     ("src/io/read_cad.cpp", "tests/io/"), "OpenCASCADE"),
+     ("src/io/cad_shape.hpp", "src/io/project_on_cad.cpp", "src/io/read_cad.cpp", "tests/io/"), "OpenCASCADE"),
     (re.compile(r"^vtk[A-Z]"), ("src/io/", "src/render/", "tests/"), "VTK"),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
