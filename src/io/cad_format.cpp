@@ -1,5 +1,9 @@
 #include "io/cad_format.hpp"
 
+#include "core/digest.hpp"
+#include "io/file_bytes.hpp"
+#include "io/project_on_cad.hpp"
+
 #include "io/file_bytes.hpp"
 #include "io/scanner.hpp"
 
@@ -86,6 +90,18 @@ Result<CadSurface> read_cad(const std::filesystem::path& path, const Tessellatio
     } catch (const std::bad_alloc&) {
         return make_error(ErrorCode::out_of_memory, "read", path.string(), "no memory for this model");
     }
+}
+
+} // namespace hexopt
+
+namespace hexopt {
+
+Result<std::optional<std::uint64_t>> digest_of_cad(const std::filesystem::path& path, Context& context) {
+    const Result<FileBytes> bytes = read_file(path, context);
+    if (!bytes) return bytes.error();
+    if (io_detail::recognise_cad(path.string(), bytes->view()) == io_detail::CadFormat::none)
+        return std::optional<std::uint64_t>();
+    return std::optional(Digest().add(bytes->view()).value());
 }
 
 } // namespace hexopt

@@ -23,6 +23,9 @@ struct CadPoint {
     double match; ///< distance of the query from the triangles, polyline or vertex that it was found on, mm
 };
 
+/// Digest of a file's bytes where it is CAD, none where it is not. Errors: as read_file().
+Result<std::optional<std::uint64_t>> digest_of_cad(const std::filesystem::path& path, Context& context);
+
 /// For each query the closest point of the exact face (edge, vertex) whose triangles (polyline, place) it
 /// lies on within match_rel of the diagonal, found by Newton's method from the parameters there; none where
 /// it lies on none, or the closest point is farther than match_rel and 20 times the deflection. Reads and

@@ -48,7 +48,7 @@ Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Contex
                               "a domain file is given alone: it holds all that is meshed");
         return load_domain_file(job, clock, context);
     }
-    auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, context); });
+    auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, job.tessellation, context); });
     if (!surface) return surface.error();
     return prepare_surface(*surface, job, clock, context);
 }
@@ -62,7 +62,14 @@ Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJo
         options.feature_lines.push_back(std::move(*lines));
     }
     context.report("surface", 0.2);
-    return prepare_domain(surface, options, clock, context);
+    auto prepared = prepare_domain(surface, options, clock, context);
+    if (!prepared || !job.options.cad_projection) return prepared;
+    for (const std::filesystem::path& path : job.surfaces) {
+        const auto digest = digest_of_cad(path, context);
+        if (!digest) return digest.error();
+        if (*digest) prepared->cad.push_back({path, **digest, job.tessellation});
+    }
+    return prepared;
 }
 
 Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context) {

@@ -327,6 +327,12 @@ std::vector<MeshKey> surface_keys() {
     return {
         number("surface.weld", "--weld", "Gaps to close in the surface, as a fraction of its diagonal",
                {0, 0.01}, HEXOPT_FIELD(options.weld_rel)),
+        number("surface.cad_deflection", "--cad-deflection",
+               "CAD files: how far triangles may be from the exact surface, as a fraction of its diagonal",
+               {1e-7, 0.1}, HEXOPT_FIELD(tessellation.deflection_rel)),
+        number("surface.cad_angle", "--cad-angle",
+               "CAD files: degrees that the surface may turn along a triangle", {1, 90},
+               HEXOPT_FIELD(tessellation.angle_deg)),
         number("features.angle", "--feature-angle", "Edges sharper than this many degrees are features",
                {0, 180}, HEXOPT_FIELD(options.features.feature_angle_deg)),
         number("features.corner_turn", "--corner-turn",
@@ -467,6 +473,10 @@ std::vector<MeshKey> result_keys() {
         time_key(),
         number("optimize.iterations", "--iterations", "Most steps and sweeps", {1, 1000000},
                HEXOPT_FIELD(options.optimize.max_iterations)),
+        yes_no("optimize.cad_projection", "--cad-projection",
+               "CAD files: move the boundary onto the exact faces, edges and vertices at the end, where "
+               "cells stay good",
+               HEXOPT_FIELD(options.cad_projection)),
         choice("output.encoding", "--encoding", "How formats that have both are written",
                Words<Encoding>{{"automatic", Encoding::automatic},
                                {"binary", Encoding::binary},

@@ -56,6 +56,8 @@ struct MeshOptions {
         fitted.max_deviation_rel = 0.1;
         return fitted;
     }();
+    /// Whether boundary vertices are moved onto the exact faces, edges and vertices of CAD files at the end.
+    bool cad_projection = true;
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
 };
 

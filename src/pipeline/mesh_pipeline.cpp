@@ -84,7 +84,7 @@ Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob
 Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context& context) {
     if (std::any_of(job.surfaces.begin(), job.surfaces.end(), is_domain_name))
         return mesh_prepared(load_domain(job, clock, context), job, clock, context);
-    auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, context); });
+    auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, job.tessellation, context); });
     if (!surface) return surface.error();
     auto slab = find_slab(*surface, job.options, clock, context);
     if (!slab) return slab.error();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "io/mesh_io.hpp"
+#include "io/read_cad.hpp"
 #include "pipeline/mesh_surface.hpp"
 
 #include <filesystem>
@@ -16,6 +17,7 @@ struct MeshJob {
     std::filesystem::path report;                     ///< JSON
     std::filesystem::path picture;                    ///< PNG: whole, and cut in half
     std::filesystem::path html;                       ///< web page of the run
+    TessellationOptions tessellation;                 ///< of CAD files
     std::vector<std::filesystem::path> feature_files; ///< lines; set options.feature_lines
     std::filesystem::path initial_mesh; ///< hexahedra to start from; sets options.refine.initial.mesh
     MeshOptions options;
@@ -48,8 +50,9 @@ Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJo
 Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context);
 
 /// Reads one surface, or several as one. Of several files each becomes one patch named after the file without
-/// its extension; where a file has patches of its own they become STEM.NAME.
-Result<TriangleSoup> read_surfaces(const std::vector<std::filesystem::path>& paths, Context& context);
+/// its extension; where a file has patches of its own they become STEM.NAME. tessellation: of CAD files.
+Result<TriangleSoup> read_surfaces(const std::vector<std::filesystem::path>& paths,
+                                   const TessellationOptions& tessellation, Context& context);
 
 /// The run as JSON; keys in docs/report.md.
 nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result);

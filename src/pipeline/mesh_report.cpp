@@ -124,6 +124,16 @@ json attempts_json(const std::vector<AttemptCount>& attempts) {
     return list;
 }
 
+json cad_json(const CadReport& r) {
+    return {{"vertices", r.vertices},
+            {"unmatched", r.unmatched},
+            {"held", r.held},
+            {"largest_before", r.largest_before},
+            {"mean_before", r.mean_before},
+            {"largest_after", r.largest_after},
+            {"mean_after", r.mean_after}};
+}
+
 json counts_json(const BufferCounts& c) {
     return {{"cells", c.cells},
             {"vertices", c.vertices},
@@ -186,6 +196,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},
             {"backed_off", settle_json(o.settle)},
             {"attempts", attempts_json(o.attempts)},
+            {"cad", o.cad ? cad_json(*o.cad) : json(nullptr)},
             {"boundary_contacts", o.contacts.size()},
             {"deviation", report::deviation_json(o.deviation)},
             {"stages", report::stages_json(result.times)},

@@ -93,6 +93,11 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
                                     settle.backed_off_count, worst.distance, worst.position.x,
                                     worst.position.y, worst.position.z));
     }
+    if (outcome.cad && outcome.cad->held > 0)
+        notes.push_back(
+            fmt::format("{} of {} boundary vertices were not moved all the way onto the exact CAD geometry, "
+                        "for the cells there; they are at most {:.3g} from it.",
+                        outcome.cad->held, outcome.cad->vertices, outcome.cad->largest_after));
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 
@@ -205,6 +210,25 @@ Status measure(const Domain& domain, const Topology& topology, const MeshOptions
     return Done{};
 }
 
+/// Moves the boundary onto the exact geometry; a file that is no longer what was meshed is no reason to lose
+/// the mesh.
+Status use_cad(const PreparedDomain& prepared, const MeshOptions& options, MeshOutcome& outcome,
+               StageClock& clock, Context& context) {
+    if (prepared.cad.empty() || !outcome.stats) return Done{};
+    auto moved = clock.run("cad_projection", [&] {
+        return move_onto_cad(outcome.mesh, prepared.domain.model, prepared.cad, options.optimize.min_sj,
+                             context);
+    });
+    if (moved)
+        outcome.cad = *moved;
+    else if (moved.error().code == ErrorCode::cancelled)
+        outcome.stats.reset();
+    else
+        outcome.notes.push_back(
+            "The boundary was not moved onto the CAD geometry: " + moved.error().one_line() + ".");
+    return Done{};
+}
+
 Status check_options(const MeshOptions& options) {
     if (options.fit_repairs < 0 || options.fit_repairs > 5)
         return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
@@ -247,6 +271,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     auto attempt = Attempts(options, outcome).run(*refined, domain, clock, context, leak);
     if (!attempt) return attempt.error();
     if (Status done = settle(*attempt, domain, options, outcome, clock, context); !done) return done.error();
+    if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();
     if (Status done = measure(domain, attempt->topology, options, outcome, clock, context); !done)
         return done.error();
     name_patches(outcome.mesh, domain, context.parallel());

@@ -61,6 +61,7 @@ struct MeshOutcome {
     std::vector<Index> contacts;
     Deviation deviation;
     std::vector<Point> start;       ///< positions before the optimizer
+    std::optional<CadReport> cad;   ///< where the boundary was moved onto CAD geometry
     std::vector<std::string> notes; ///< what the user should know, one sentence each
 };
 

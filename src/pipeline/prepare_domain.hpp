@@ -7,6 +7,7 @@
 #include "domain/weld_surface.hpp"
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/mesh_options.hpp"
+#include "pipeline/move_onto_cad.hpp"
 #include "pipeline/stage_clock.hpp"
 
 namespace hexopt {
@@ -16,6 +17,7 @@ struct PreparedDomain {
     Domain domain;
     WeldReport weld;
     OrientationReport orientation;
+    std::vector<CadSource> cad;        ///< CAD files among those that it was read from; set by load_domain()
     std::size_t feature_triangles = 0; ///< made by cutting others along given feature lines
 };
 

@@ -33,11 +33,12 @@ void append(TriangleSoup& all, TriangleSoup part, const std::string& stem) {
 
 } // namespace
 
-Result<TriangleSoup> read_surfaces(const std::vector<std::filesystem::path>& paths, Context& context) {
-    if (paths.size() == 1) return read_surface(paths.front(), context);
+Result<TriangleSoup> read_surfaces(const std::vector<std::filesystem::path>& paths,
+                                   const TessellationOptions& tessellation, Context& context) {
+    if (paths.size() == 1) return read_surface(paths.front(), tessellation, context);
     TriangleSoup all;
     for (const std::filesystem::path& path : paths) {
-        Result<TriangleSoup> part = read_surface(path, context);
+        Result<TriangleSoup> part = read_surface(path, tessellation, context);
         if (!part) return part;
         append(all, std::move(*part), path.stem().string());
     }

@@ -189,17 +189,17 @@ TEST_CASE("several files: each is a patch named after it") {
         files.push_back(scratch / (soup.patch_names[p] + ".stl"));
         REQUIRE(write_surface(files.back(), part, {}, context));
     }
-    const auto all = read_surfaces(files, context);
+    const auto all = read_surfaces(files, {}, context);
     REQUIRE(all);
     CHECK(all->patch_names == soup.patch_names);
     CHECK(all->patch == soup.patch);
     REQUIRE(write_surface(scratch / "both.stl", soup, {}, context));
     const std::vector<fs::path> two = {files[0], scratch / "both.stl"};
-    const auto mixed = read_surfaces(two, context);
+    const auto mixed = read_surfaces(two, {}, context);
     REQUIRE(mixed);
     CHECK(mixed->patch_names.size() == 7);
     CHECK(mixed->patch_names.back() == "both.up");
-    CHECK(read_surfaces({files[0], scratch / "none.stl"}, context).error().code == ErrorCode::bad_input);
+    CHECK(read_surfaces({files[0], scratch / "none.stl"}, {}, context).error().code == ErrorCode::bad_input);
 
     MeshJob job;
     job.surfaces = files;
