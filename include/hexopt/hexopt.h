@@ -1,4 +1,4 @@
-/* hexopt: untangles and improves hexahedral meshes. C interface.
+/* hexopt: meshes what surfaces enclose with hexahedra; untangles and improves hexahedral meshes. C interface.
  *
  * - All arrays belong to the caller and are only used during the call, unless a function says otherwise.
  * - Every struct starts with struct_size and version: set them with the HEXOPT_..._INIT macro. A library that
@@ -25,7 +25,7 @@ extern "C" {
 #endif
 
 /** Version of this interface: raised when a struct grows or a function is added. */
-#define HEXOPT_VERSION 1u
+#define HEXOPT_VERSION 2u
 
 typedef enum hexopt_status {
     HEXOPT_OK = 0,
@@ -239,8 +239,8 @@ typedef struct hexopt_device_mesh {
     { sizeof(hexopt_device_mesh), HEXOPT_VERSION, 0, NULL, 0, 0, 0, NULL, 0, 0, NULL, NULL, NULL, NULL }
 
 /** hexopt_optimize() in place in the host application's device memory, computed on its device. options: as
- * there, but `device` is not used (NULL: defaults with a fixed boundary); where the boundary slides, the device
- * untangles the interior and the CPU does the rest. */
+ * there, but `device` is not used (NULL: defaults with a fixed boundary); where the boundary slides, the
+ * device untangles the interior and the CPU does the rest. */
 HEXOPT_API hexopt_status hexopt_optimize_on_device(hexopt_context* context, const hexopt_vulkan* vulkan,
                                                    const hexopt_device_mesh* mesh,
                                                    const hexopt_optimize_options* options,
@@ -263,6 +263,48 @@ typedef struct hexopt_quality {
 /** Measures a mesh; mesh->positions is only read. */
 HEXOPT_API hexopt_status hexopt_measure(hexopt_context* context, const hexopt_mesh* mesh,
                                         hexopt_quality* quality);
+
+/** A mesh that the library made and owns. */
+typedef struct hexopt_volume hexopt_volume;
+
+/** What hexopt_mesh_surface() reached. */
+typedef struct hexopt_mesh_result {
+    size_t struct_size;
+    uint32_t version;
+    uint64_t vertices, cells;
+    uint64_t concave32, invalid; /**< cells: as in hexopt_quality; both 0 in a valid mesh */
+    uint64_t contacts;           /**< boundary quads where the boundary touches itself; 0 in a valid mesh */
+    double min_sj, mean_sj;      /**< scaled Jacobian */
+    uint64_t curves, curves_captured; /**< feature curves of the surface; those that mesh edges follow */
+    uint64_t backed_off;              /**< boundary vertices that had to leave the surface for valid cells */
+    double max_deviation;             /**< two-sided, of the boundary from the surface, model units */
+    double seconds;
+} hexopt_mesh_result;
+
+#define HEXOPT_MESH_RESULT_INIT                                                                              \
+    { sizeof(hexopt_mesh_result), HEXOPT_VERSION, 0, 0, 0, 0, 0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0 }
+
+/** Meshes what a surface encloses, in space, with hexahedra and hanging vertices. Triangles may point either
+ * way; small gaps are closed. config: TOML with the keys of `hexopt-gpu mesh --dump-config`, e.g.
+ * "[refine]\ncells = 50000\n" (NULL: defaults); keys that name files are refused, those of writing and of CAD
+ * files have no meaning here. result: NULL or where to write. HEXOPT_OK, HEXOPT_NO_VALID_MESH,
+ * HEXOPT_BELOW_TARGET, and HEXOPT_CANCELLED once optimizing has begun, set *volume, to be freed with
+ * hexopt_volume_destroy(), and fill *result; otherwise *volume is NULL. Since version 2. */
+HEXOPT_API hexopt_status hexopt_mesh_surface(hexopt_context* context, const hexopt_surface* surface,
+                                             const char* config, hexopt_volume** volume,
+                                             hexopt_mesh_result* result);
+/** The arrays of a volume, with patches of all boundary quads (quad_patch: see hexopt_volume_patch_name()).
+ * Valid until it is destroyed; positions may be changed, e.g. by hexopt_optimize(). Since version 2. */
+HEXOPT_API hexopt_mesh hexopt_volume_mesh(hexopt_volume* volume);
+/** Refinement level of each cell. Since version 2. */
+HEXOPT_API const uint8_t* hexopt_volume_level(const hexopt_volume* volume);
+/** Number of patches. Since version 2. */
+HEXOPT_API uint32_t hexopt_volume_patch_count(const hexopt_volume* volume);
+/** Name of a patch: its number in triangle_patch as decimal digits, "surface" without such, or
+ * "farfield_x_min" and the like; NULL where there is no such patch. Since version 2. */
+HEXOPT_API const char* hexopt_volume_patch_name(const hexopt_volume* volume, uint32_t patch);
+/** NULL is allowed. Since version 2. */
+HEXOPT_API void hexopt_volume_destroy(hexopt_volume* volume);
 
 #ifdef __cplusplus
 }

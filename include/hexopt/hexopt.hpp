@@ -1,5 +1,5 @@
-/// hexopt: untangles and improves hexahedral meshes. C++20 interface, header-only over hexopt.h, so that the
-/// library's binary interface stays the C one. See hexopt.h for what each field means.
+/// hexopt: meshes surfaces; untangles and improves hexahedral meshes. C++20 interface, header-only over
+/// hexopt.h, so that the library's binary interface stays the C one. See hexopt.h for what each field means.
 #ifndef HEXOPT_HPP
 #define HEXOPT_HPP
 
@@ -14,6 +14,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace hexopt::inline v1 {
 
@@ -61,6 +62,32 @@ struct OptimizeResult : hexopt_optimize_result {
     std::string message; ///< empty with HEXOPT_OK
 };
 
+/// A mesh that was made, in arrays of its own, as hexopt_mesh describes.
+struct Volume {
+    std::vector<double> positions;
+    std::vector<std::uint32_t> cells;
+    std::vector<std::uint8_t> level; ///< of each cell
+    std::vector<std::uint32_t> hanging_vertex, hanging_master;
+    std::vector<std::uint64_t> hanging_offset; ///< empty if none hangs
+    std::vector<double> hanging_weight;
+    std::vector<std::uint32_t> patch_quads, quad_patch; ///< of all boundary quads
+    std::vector<std::string> patch_names;               ///< as hexopt_volume_patch_name()
+
+    /// For Optimizer::optimize() and measure(); valid while the volume is neither changed nor moved.
+    Mesh mesh() {
+        return {positions,      cells,          hanging_vertex, hanging_offset,
+                hanging_master, hanging_weight, patch_quads,    quad_patch};
+    }
+};
+
+struct MeshResult : hexopt_mesh_result {
+    /// HEXOPT_OK, HEXOPT_NO_VALID_MESH, HEXOPT_BELOW_TARGET or HEXOPT_CANCELLED: then volume is the best
+    /// state reached, empty where there was none yet.
+    hexopt_status status = HEXOPT_OK;
+    std::string message; ///< empty with HEXOPT_OK
+    Volume volume;
+};
+
 struct Options {
     int threads = 0; ///< 0: all cores
     std::uint64_t seed = 1;
@@ -101,6 +128,22 @@ class Optimizer {
         result.status = finish(
             hexopt_optimize(context_.get(), &view, surface ? &surface_view : nullptr, &options, &result));
         result.message = hexopt_context_message(context_.get());
+        return result;
+    }
+
+    /// Meshes what a surface encloses. config: TOML with the keys of `hexopt-gpu mesh --dump-config`.
+    MeshResult mesh(const Surface& surface, const std::string& config = {}) {
+        const hexopt_surface view = view_of(surface);
+        MeshResult result;
+        static_cast<hexopt_mesh_result&>(result) = HEXOPT_MESH_RESULT_INIT;
+        hexopt_volume* made = nullptr;
+        const hexopt_status status =
+            hexopt_mesh_surface(context_.get(), &view, config.c_str(), &made, &result);
+        const std::unique_ptr<hexopt_volume, decltype(&hexopt_volume_destroy)> owner(made,
+                                                                                     &hexopt_volume_destroy);
+        result.status = finish(status);
+        result.message = hexopt_context_message(context_.get());
+        if (made) result.volume = copy_of(made);
         return result;
     }
 
@@ -150,6 +193,26 @@ class Optimizer {
         view.patch_quads = mesh.patch_quads.data();
         view.quad_patch = mesh.quad_patch.data();
         return view;
+    }
+
+    static Volume copy_of(hexopt_volume* made) {
+        const hexopt_mesh mesh = hexopt_volume_mesh(made);
+        Volume volume;
+        volume.positions.assign(mesh.positions, mesh.positions + 3 * mesh.vertex_count);
+        volume.cells.assign(mesh.cells, mesh.cells + 8 * mesh.cell_count);
+        volume.level.assign(hexopt_volume_level(made), hexopt_volume_level(made) + mesh.cell_count);
+        if (mesh.hanging_count > 0) {
+            const std::size_t entries = mesh.hanging_offset[mesh.hanging_count];
+            volume.hanging_vertex.assign(mesh.hanging_vertex, mesh.hanging_vertex + mesh.hanging_count);
+            volume.hanging_offset.assign(mesh.hanging_offset, mesh.hanging_offset + mesh.hanging_count + 1);
+            volume.hanging_master.assign(mesh.hanging_master, mesh.hanging_master + entries);
+            volume.hanging_weight.assign(mesh.hanging_weight, mesh.hanging_weight + entries);
+        }
+        volume.patch_quads.assign(mesh.patch_quads, mesh.patch_quads + 4 * mesh.patch_quad_count);
+        volume.quad_patch.assign(mesh.quad_patch, mesh.quad_patch + mesh.patch_quad_count);
+        for (std::uint32_t p = 0; p < hexopt_volume_patch_count(made); ++p)
+            volume.patch_names.emplace_back(hexopt_volume_patch_name(made, p));
+        return volume;
     }
 
     static hexopt_surface view_of(const Surface& surface) {

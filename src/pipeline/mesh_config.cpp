@@ -99,12 +99,15 @@ bool is_given(const ConfigValue& value) {
 Status read_mesh_config(const std::filesystem::path& path, MeshJob& job, Context& context) {
     const Result<FileBytes> bytes = read_file(path, context);
     if (!bytes) return bytes.error();
-    const toml::parse_result parsed = toml::parse(bytes->view(), path.string());
+    return read_mesh_config_text(bytes->view(), path.string(), job);
+}
+
+Status read_mesh_config_text(std::string_view text, const std::string& name, MeshJob& job) {
+    const toml::parse_result parsed = toml::parse(text, name);
     if (!parsed)
-        return make_error(ErrorCode::bad_input, "configuration",
-                          place_of(path.string(), parsed.error().source()),
+        return make_error(ErrorCode::bad_input, "configuration", place_of(name, parsed.error().source()),
                           std::string(parsed.error().description()));
-    return take_table(parsed.table(), "", path.string(), job);
+    return take_table(parsed.table(), "", name, job);
 }
 
 std::string dump_mesh_config(const MeshJob& job) {

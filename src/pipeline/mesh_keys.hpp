@@ -43,6 +43,9 @@ Result<ConfigValue> parse_value(const MeshKey& key, const std::string& text);
 /// usage as set_mesh_key().
 Status read_mesh_config(const std::filesystem::path& path, MeshJob& job, Context& context);
 
+/// The same of a text in memory; name: for messages.
+Status read_mesh_config_text(std::string_view text, const std::string& name, MeshJob& job);
+
 /// The job's configuration as TOML with every key, its meaning and its value; those that are not given as
 /// comments. Reading it back gives the same job.
 std::string dump_mesh_config(const MeshJob& job);
