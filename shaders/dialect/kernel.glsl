@@ -42,3 +42,5 @@ pvec3 widen(rvec3 a) { return pvec3(a); }
 #include "math/corner_ball.glsl"
 
 #include "dialect/kernel_hex.glsl"
+
+#include "dialect/kernel_surface.glsl"

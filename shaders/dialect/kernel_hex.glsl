@@ -277,6 +277,31 @@ FN LineEnergies ball_line(Ball ball, uint dof, rvec3 d, real omega, real eps) {
     return l;
 }
 
+// Regularised energy of a ball with the dof moved by d.
+FN real ball_energy(Ball ball, uint dof, rvec3 d, real eps) {
+    real sum = real(0);
+    real d2 = dot(d, d);
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
+        uint cell = ball.item.at[2u * i];
+        uint row = ball.item.at[2u * i + 1u];
+        real inverse = ball.inverse_length.at[cell];
+        real part = real(0);
+        if (row < 8u) {
+            part = corner_energy(load_corner(ball, cell, row, inverse), d * inverse, eps);
+        } else {
+            HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
+            EdgeShares s = edge_shares(ball.pattern, row, inverse);
+            for (uint t = 0u; t < 32u; ++t) {
+                LocalTet tet = local_tet(h, s, t);
+                if (tet.l2 == real(0)) continue;
+                part += tet_energy_at(tet, d, d2, eps);
+            }
+        }
+        sum += ball.cell_weight.at[cell] * part;
+    }
+    return sum;
+}
+
 // Smallest scaled Jacobian of the corners and smallest J of the tetrahedra that depend on a dof, with the dof
 // moved by d.
 struct BallQuality {
@@ -331,4 +356,50 @@ FN Sym3 load_sym(RealArray source, uint row) {
     m.yz = source.at[k + 4u];
     m.zz = source.at[k + 5u];
     return m;
+}
+
+// One Gauss-Newton step on sum (theta - SJ)+^2 over the corners of the ball that depend on the dof.
+struct RaiseModel {
+    rvec3 rhs;
+    Sym3 hessian;
+};
+
+FN RaiseModel raise_model(Ball ball, uint dof, real theta) {
+    RaiseModel r;
+    r.rhs = rzero();
+    r.hessian = sym_zero();
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i) {
+        uint cell = ball.item.at[2u * i];
+        real inverse = ball.inverse_length.at[cell];
+        HexEdges h = load_edges(ball.points, ball.cells, cell, inverse);
+        EdgeShares s = edge_shares(ball.pattern, ball.item.at[2u * i + 1u], inverse);
+        for (uint t = 0u; t < 32u; t += 4u) {
+            LocalTet tet = local_tet(h, s, t);
+            if (tet.l2 == real(0)) continue;
+            LocalCorner corner = local_corner(h, s, t, tet);
+            real below = theta - corner.sj;
+            if (!(below > real(0))) continue;
+            r.rhs = r.rhs + corner.q * below;
+            r.hessian = add_outer(r.hessian, corner.q, corner.q, real(1));
+        }
+    }
+    return r;
+}
+
+FN rvec3 raise_direction(RaiseModel r) {
+    return solve(add_identity(r.hessian, real(1.0e-3) * trace(r.hessian)), r.rhs, real(1.0e-6));
+}
+
+FN rvec3 clamp_step(rvec3 d, real longest) {
+    real size = sqrt(dot(d, d));
+    if (size > longest) return d * (longest / size);
+    return d;
+}
+
+// Least target length of a ball's cells.
+FN real shortest_length(Ball ball, uint dof) {
+    real shortest = real(1.0e30);
+    for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i)
+        shortest = min(shortest, real(1) / ball.inverse_length.at[ball.item.at[2u * i]]);
+    return shortest;
 }

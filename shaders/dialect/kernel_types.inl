@@ -6,6 +6,12 @@ using uint = std::uint32_t;
 using preal = HEXOPT_POINT_REAL;
 using pvec3 = ::hexopt::dialect::Vec3<preal>;
 
+/// For preal where it is not real.
+template <class T>
+inline T max(T a, T b) {
+    return a < b ? b : a;
+}
+
 struct IndexArray {
     uint* at;
 };

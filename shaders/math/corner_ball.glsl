@@ -57,6 +57,11 @@ FN real energy_at(LocalTet tet, real j1, real s1, real s2, real a, real eps) {
 }
 
 // d2 = d.d
+FN real tet_energy_at(LocalTet tet, rvec3 d, real d2, real eps) {
+    return energy_at(tet, dot(tet.g, d), real(2) * dot(tet.x, d), tet.l2 * d2, real(1), eps);
+}
+
+// d2 = d.d
 FN LineEnergies add_line(LineEnergies l, LocalTet tet, rvec3 d, real d2, real omega, real eps, real factor) {
     real j1 = dot(tet.g, d);
     real s1 = real(2) * dot(tet.x, d);
@@ -197,4 +202,14 @@ FN LineEnergies corner_line(CornerEdges e, rvec3 d, real omega, real eps) {
     HEXOPT_CORNER_TETS(e, HEXOPT_VISIT)
 #undef HEXOPT_VISIT
     return l;
+}
+
+// Energy of a cell's corner with the corner moved by d.
+FN real corner_energy(CornerEdges e, rvec3 d, real eps) {
+    real sum = real(0);
+    real d2 = dot(d, d);
+#define HEXOPT_VISIT(tet) sum += tet_energy_at(tet, d, d2, eps);
+    HEXOPT_CORNER_TETS(e, HEXOPT_VISIT)
+#undef HEXOPT_VISIT
+    return sum;
 }

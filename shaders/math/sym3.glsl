@@ -29,6 +29,18 @@ FN Sym3 add_outer(Sym3 m, rvec3 p, rvec3 q, real f) {
     return m;
 }
 
+// f p p^T. Not added to a zero matrix: drivers leave such an addition out, and with it the sign of a zero.
+FN Sym3 outer(rvec3 p, real f) {
+    Sym3 m;
+    m.xx = f * p.x * p.x;
+    m.xy = f * p.x * p.y;
+    m.xz = f * p.x * p.z;
+    m.yy = f * p.y * p.y;
+    m.yz = f * p.y * p.z;
+    m.zz = f * p.z * p.z;
+    return m;
+}
+
 FN Sym3 add_identity(Sym3 m, real f) {
     m.xx += f;
     m.yy += f;

@@ -39,7 +39,12 @@ Comparison compare(const std::vector<std::byte>& a, const std::vector<std::byte>
 
 Comparison compare(ArrayType type, Precision precision, const std::vector<std::byte>& a,
                    const std::vector<std::byte>& b) {
-    if (type == ArrayType::index) return compare<std::uint32_t>(a, b);
+    if (type == ArrayType::index) {
+        // Which of several equals was found, to begin the next search with: no quantity with a bound.
+        Comparison result = compare<std::uint32_t>(a, b);
+        result.largest_rel = 0;
+        return result;
+    }
     if (component_bytes(type, precision) == 8) return compare<double>(a, b);
     return compare<float>(a, b);
 }

@@ -16,6 +16,8 @@ namespace hexopt::compute::HEXOPT_HOST_KERNELS {
 
 #include "dialect/kernel_hex.glsl"
 
+#include "dialect/kernel_surface.glsl"
+
 // The kernels' argument blocks.
 #define KERNEL(name, ...) struct name {
 #define COOPERATIVE(name, ...) KERNEL(name)

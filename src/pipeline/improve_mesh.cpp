@@ -100,8 +100,6 @@ Result<ComputePlace> choose_place(const ImproveOptions& options, const Parallel&
     if (!place.owned && options.precision != compute::Precision::f64)
         place.owned = compute::create_cpu_backend(parallel);
     place.backend = place.owned.get();
-    if (place.backend && options.optimize.boundary == BoundaryMode::slide)
-        place.reason += "; it untangles the interior, the host lets the boundary slide";
     return place;
 }
 

@@ -27,8 +27,8 @@ Outcome run_on(Backend& backend, const SampleProblem& sample, Precision precisio
     outcome.positions = sample.mesh.positions;
     const DeviceTarget target{&backend, precision, sweeps};
     const Status status = optimize_on_device(
-        sample.mesh, sample.topology, options, target, outcome.positions, budget, [&] { ++outcome.kept; },
-        outcome.stats);
+        sample.mesh, sample.topology, nullptr, options, target, outcome.positions, budget,
+        [&] { ++outcome.kept; }, outcome.stats);
     INFO((status ? "" : status.error().one_line()));
     REQUIRE(status);
     outcome.stats.seconds = budget.seconds();
@@ -129,7 +129,7 @@ TEST_CASE("driver: cancelling leaves the last good state") {
     const auto backend = create_cpu_backend(context.parallel());
     const DeviceTarget target{backend.get()};
     REQUIRE(optimize_on_device(
-        sample.mesh, sample.topology, options, target, positions, budget, [] {}, stats));
+        sample.mesh, sample.topology, nullptr, options, target, positions, budget, [] {}, stats));
     CHECK(reports < 10);
     CHECK(quality_of(sample, positions).bad32 <= quality_of(sample, sample.mesh.positions).bad32);
 }

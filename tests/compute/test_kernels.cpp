@@ -58,11 +58,13 @@ struct HostSolver {
 void check_all_kernels(Backend& tested, const SampleProblem& sample, const char* what) {
     Context context;
     const Budget budget(OptimizeOptions{}, context);
+    const auto surface = build_boundary_model(sample.mesh, sample.topology, {}, context);
+    REQUIRE(surface);
     std::set<std::string_view> seen;
     for (Precision precision : kPrecisions) {
         const auto cpu = create_cpu_backend(context.parallel(), CpuOrder::serial);
         const auto differences =
-            validate_device(*cpu, tested, precision, *sample.problem, sample.mesh.positions, budget);
+            validate_device(*cpu, tested, precision, sample.mesh, sample.topology, *surface, budget);
         INFO((differences ? "" : differences.error().one_line()));
         REQUIRE(differences);
         for (const KernelDifference& d : *differences) {

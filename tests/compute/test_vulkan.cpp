@@ -189,7 +189,8 @@ TEST_CASE("vulkan: two contexts in two threads give the bits of one", "[gpu]") {
         positions = sample.mesh.positions;
         const DeviceTarget target{vulkan->get()};
         if (!optimize_on_device(
-                sample.mesh, sample.topology, optimize_options, target, positions, budget, [] {}, stats) ||
+                sample.mesh, sample.topology, nullptr, optimize_options, target, positions, budget, [] {},
+                stats) ||
             !stats.notes.empty())
             positions.clear();
     };

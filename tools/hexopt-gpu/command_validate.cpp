@@ -3,6 +3,7 @@
 #include "load_mesh.hpp"
 #include "stages/optimize/device_validation.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace hexopt::cli {
@@ -35,18 +36,19 @@ void say_difference(const KernelDifference& d, Session& session) {
 Result<bool> validate(const LoadedMesh& loaded, Backend& tested, const ValidateCommand& options,
                       Session& session) {
     Context& context = session.context();
-    std::vector<std::uint8_t> movable(loaded.mesh.vertex_count());
-    for (std::size_t v = 0; v < movable.size(); ++v) movable[v] = !loaded.topology.on_boundary[v];
-    const Problem problem(loaded.mesh, loaded.topology, movable);
-    if (problem.dof_count() == 0)
+    const auto& on_boundary = loaded.topology.on_boundary;
+    if (std::all_of(on_boundary.begin(), on_boundary.end(), [](auto on) { return on != 0; }))
         return make_error(ErrorCode::bad_input, "validate", options.mesh,
                           "every vertex lies on the boundary; take a mesh with inner vertices");
+    const auto surface = build_boundary_model(loaded.mesh, loaded.topology, {}, context);
+    if (!surface) return surface.error();
     const auto cpu = create_cpu_backend(context.parallel(), CpuOrder::serial);
     const Budget budget(OptimizeOptions{}, context);
     bool within = true;
     for (Precision precision : precisions_of(options.precision, tested.capabilities())) {
         if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "validate", "", "cancelled");
-        const auto list = validate_device(*cpu, tested, precision, problem, loaded.mesh.positions, budget);
+        const auto list =
+            validate_device(*cpu, tested, precision, loaded.mesh, loaded.topology, *surface, budget);
         if (!list) return list.error();
         for (const KernelDifference& d : *list) say_difference(d, session);
         within = within && is_within_bounds(*list, tested.capabilities().type);

@@ -106,14 +106,12 @@ void collect_neighbours(const Problem& problem, DofBalls& balls) {
     }
 }
 
-double mean_edge(const Problem& problem, std::span<const Point> positions) {
+double mean_edge(const HexMesh& mesh, std::span<const Point> positions) {
     double sum = 0;
-    for (Index i = 0; i < problem.cell_count(); ++i) {
-        const Cell& cell = problem.cell(i);
+    for (const Cell& cell : mesh.cells)
         for (const auto& edge : hex::kEdgeVertex)
             sum += glm::distance(positions[cell[edge[0]]], positions[cell[edge[1]]]);
-    }
-    return sum / (12.0 * static_cast<double>(problem.cell_count()));
+    return sum / (12.0 * static_cast<double>(mesh.cell_count()));
 }
 
 // The rows of hanging vertices that move with some dof.
@@ -173,6 +171,36 @@ class Uploader {
 
 } // namespace
 
+DeviceFrame DeviceFrame::of(const HexMesh& mesh, std::span<const Point> positions, Precision precision) {
+    DeviceFrame frame;
+    if (mesh.cell_count() > 0)
+        frame.unit = std::exp2(std::round(std::log2(std::max(1e-300, mean_edge(mesh, positions)))));
+    if (precision == Precision::f32 && !positions.empty()) {
+        Point low = positions[0], high = low;
+        for (const Point& p : positions) low = glm::min(low, p), high = glm::max(high, p);
+        frame.origin = 0.5 * (low + high);
+    }
+    return frame;
+}
+
+namespace {
+
+std::vector<float> to_floats(std::span<const Point> points) {
+    std::vector<float> single;
+    single.reserve(3 * points.size());
+    for (const Point& p : points)
+        for (int axis = 0; axis < 3; ++axis) single.push_back(static_cast<float>(p[axis]));
+    return single;
+}
+
+} // namespace
+
+Result<Buffer> upload_points(compute::Backend& backend, Precision precision, std::span<const Point> local,
+                             std::string_view label) {
+    if (precision != Precision::f32) return compute::create_array<Point>(backend, local, label);
+    return compute::create_array<float>(backend, to_floats(local), label);
+}
+
 DofBalls compute_dof_balls(const Problem& problem) {
     DofBalls balls;
     collect_balls(problem, balls);
@@ -199,17 +227,15 @@ Result<std::vector<double>> DeviceProblem::read_reals(const Buffer& buffer, std:
 }
 
 Status DeviceProblem::upload_positions(std::span<const Point> positions) {
-    if (precision == Precision::f32) {
-        std::vector<float> local;
-        local.reserve(3 * positions.size());
-        for (const Point& p : positions)
-            for (int axis = 0; axis < 3; ++axis)
-                local.push_back(static_cast<float>((p[axis] - origin[axis]) / unit));
-        return backend->upload(points, 0, std::as_bytes(std::span<const float>(local)));
-    }
     std::vector<Point> local(positions.begin(), positions.end());
-    for (Point& p : local) p /= unit;
-    return backend->upload(points, 0, std::as_bytes(std::span<const Point>(local)));
+    for (Point& p : local) p = frame.to_local(p);
+    return write_points(points, local);
+}
+
+Status DeviceProblem::write_points(const Buffer& target, std::span<const Point> local) {
+    if (precision != Precision::f32) return backend->upload(target, 0, std::as_bytes(local));
+    const std::vector<float> single = to_floats(local);
+    return backend->upload(target, 0, std::as_bytes(std::span<const float>(single)));
 }
 
 Status DeviceProblem::download_positions(std::span<Point> positions) {
@@ -224,7 +250,7 @@ Status DeviceProblem::download_positions(std::span<Point> positions) {
         local = std::move(*read);
     }
     const auto take = [&](Index v) {
-        positions[v] = origin + unit * Point(local[3 * v], local[3 * v + 1], local[3 * v + 2]);
+        positions[v] = frame.to_model(Point(local[3 * v], local[3 * v + 1], local[3 * v + 2]));
     };
     for (Index v : problem->dof_vertex()) take(v);
     problem->apply_hanging(positions);
@@ -232,23 +258,26 @@ Status DeviceProblem::download_positions(std::span<Point> positions) {
 }
 
 Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with, const Problem& of,
-                                            std::span<const Point> positions) {
+                                            const DeviceFrame& in, std::span<const std::uint8_t> slides) {
     DeviceProblem device;
     device.backend = &on;
     device.precision = with;
     device.problem = &of;
-    device.vertex_count = static_cast<std::uint32_t>(positions.size());
+    device.frame = in;
+    device.vertex_count = static_cast<std::uint32_t>(of.mesh().vertex_count());
     device.cell_count = static_cast<std::uint32_t>(of.cell_count());
     device.dof_count = static_cast<std::uint32_t>(of.dof_count());
-    if (of.cell_count() > 0)
-        device.unit = std::exp2(std::round(std::log2(std::max(1e-300, mean_edge(of, positions)))));
-    if (with == Precision::f32 && !positions.empty()) {
-        Point low = positions[0], high = low;
-        for (const Point& p : positions) low = glm::min(low, p), high = glm::max(high, p);
-        device.origin = 0.5 * (low + high);
-    }
     DofBalls balls = compute_dof_balls(of);
     device.colours = std::move(balls.colours);
+    for (std::size_t c = 0; c < device.colours.rows(); ++c) {
+        const auto row = device.colours.item.begin();
+        const auto first = row + static_cast<std::ptrdiff_t>(device.colours.offset[c]);
+        const auto last = row + static_cast<std::ptrdiff_t>(device.colours.offset[c + 1]);
+        const auto middle =
+            slides.empty() ? last
+                           : std::stable_partition(first, last, [&](std::uint32_t d) { return !slides[d]; });
+        device.free_count.push_back(static_cast<std::uint32_t>(middle - first));
+    }
     const HangingRows rows = moving_rows(of);
     device.hanging_count = static_cast<std::uint32_t>(rows.vertex.size());
     const std::vector<double> weight(of.weight().begin(), of.weight().end());
@@ -260,7 +289,7 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = of.cell(i);
 
     Uploader up(device);
-    up.empty(device.points, positions.size() * device.point_bytes(), "positions");
+    up.empty(device.points, device.vertex_count * device.point_bytes(), "positions");
     up.indices<Cell>(device.cells, cells, "cells");
     up.reals(device.cell_weight, weight, "cell weights");
     up.reals(device.edge_weight, root, "edge weights");
@@ -279,7 +308,6 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     up.indices<std::uint32_t>(device.hanging_offset, rows.offset, "hanging offsets");
     up.indices<std::uint32_t>(device.hanging_master, rows.master, "masters");
     up.reals(device.hanging_weight, rows.weight, "hanging weights");
-    if (up.status()) up.check(device.upload_positions(positions));
     if (!up.status()) return up.status().error();
     return device;
 }

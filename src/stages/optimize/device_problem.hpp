@@ -18,15 +18,45 @@ struct DofBalls {
 
 DofBalls compute_dof_balls(const Problem& problem);
 
-/// A problem's data on a backend. Positions are kept in a unit of about the mean edge, a power of two, so
-/// that f64 loses nothing; with f32 also relative to the middle of the mesh.
+/// How positions are kept on a device: (position - origin) / unit.
+struct DeviceFrame {
+    Point origin{0};
+    double unit = 1;
+
+    /// A unit of about the mesh's mean edge, a power of two, so that f64 loses nothing; with f32 relative to
+    /// the middle of the positions.
+    static DeviceFrame of(const HexMesh& mesh, std::span<const Point> positions,
+                          compute::Precision precision);
+    Point to_local(const Point& p) const { return (p - origin) / unit; }
+    Point to_model(const Point& p) const { return origin + unit * p; }
+};
+
+/// Points, or vectors without a frame, in a backend's layout.
+Result<compute::Buffer> upload_points(compute::Backend& backend, compute::Precision precision,
+                                      std::span<const Point> local, std::string_view label);
+
+/// A problem's data on a backend.
 struct DeviceProblem {
+    /// slides: per dof, what is left to DeviceSliders; empty: none.
     static Result<DeviceProblem> create(compute::Backend& backend, compute::Precision precision,
-                                        const Problem& problem, std::span<const Point> positions);
+                                        const Problem& problem, const DeviceFrame& frame,
+                                        std::span<const std::uint8_t> slides = {});
+    /// In the frame of the problem, with the positions uploaded.
+    static Result<DeviceProblem> create(compute::Backend& backend, compute::Precision precision,
+                                        const Problem& problem, std::span<const Point> positions) {
+        auto made =
+            create(backend, precision, problem, DeviceFrame::of(problem.mesh(), positions, precision));
+        if (!made) return made;
+        if (auto status = made->upload_positions(positions); !status) return status.error();
+        return made;
+    }
 
     Status upload_positions(std::span<const Point> positions);
     /// Overwrites the positions of dofs and of the vertices that hang on them.
     Status download_positions(std::span<Point> positions);
+
+    /// Local points into a buffer.
+    Status write_points(const compute::Buffer& target, std::span<const Point> local);
 
     std::size_t real_bytes() const { return precision == compute::Precision::f64 ? 8 : 4; }
     std::size_t point_bytes() const { return precision == compute::Precision::f32 ? 12 : 24; }
@@ -37,10 +67,10 @@ struct DeviceProblem {
     compute::Backend* backend = nullptr;
     compute::Precision precision = compute::Precision::f64;
     const Problem* problem = nullptr;
-    Point origin{0};
-    double unit = 1;
+    DeviceFrame frame;
     std::uint32_t vertex_count = 0, cell_count = 0, dof_count = 0, hanging_count = 0;
-    Csr<std::uint32_t> colours;
+    Csr<std::uint32_t> colours; ///< dofs of each colour: those that move freely, then those that slide
+    std::vector<std::uint32_t> free_count; ///< of each colour
 
     compute::Buffer points, cells, cell_weight, edge_weight, tet_mask, length, inverse_length;
     compute::Buffer ball_offset, ball_item, pattern, dof_vertex, dof_list;

@@ -12,7 +12,19 @@ namespace args = compute::args;
 namespace {
 
 // Numbers in the status block.
-enum Slot { kEnergy, kLeastJacobian, kBad8, kBad32, kMinSj, kSumSj, kLengthSum, kSlope, kRaised, kSlots };
+enum Slot {
+    kEnergy,
+    kLeastJacobian,
+    kBad8,
+    kBad32,
+    kMinSj,
+    kSumSj,
+    kLengthSum,
+    kSlope,
+    kRaised,
+    kLimits,
+    kSlots
+};
 // Numbers of the conjugate gradients (shaders/kernels/cg_step.glsl).
 enum CgScalar { kRz, kCurvature, kNewRz, kFirstRz, kCgScalars };
 
@@ -28,8 +40,10 @@ std::uint32_t blocks(std::uint32_t count, std::uint32_t width) { return (count +
 
 } // namespace
 
-Result<std::unique_ptr<DeviceSolver>> DeviceSolver::create(DeviceProblem& device) {
-    std::unique_ptr<DeviceSolver> solver(new DeviceSolver(device));
+Result<std::unique_ptr<DeviceSolver>> DeviceSolver::create(DeviceProblem& device,
+                                                           const DeviceSliders* sliders) {
+    std::unique_ptr<DeviceSolver> solver(
+        new DeviceSolver(device, sliders && sliders->count() > 0 ? sliders : nullptr));
     if (auto status = solver->allocate(); !status) return status.error();
     return solver;
 }
@@ -134,13 +148,17 @@ void DeviceSolver::record_energy(const Objective& o, const Buffer& points) {
                                          device_.cell_count});
     reduce(true, energy_.ref(), device_.cell_count, slot(kEnergy));
     reduce(false, least_.ref(), device_.cell_count, slot(kLeastJacobian));
+    if (!sliders_) return;
+    sliders_->limit(recorder_, points, limit_weight(o));
+    reduce(true, sliders_->energy(), sliders_->count(), slot(kLimits));
 }
 
 Result<ObjectiveValue> DeviceSolver::read_value() {
     if (auto status = run(); !status) return status.error();
     auto numbers = device_.read_reals(status_, kSlots);
     if (!numbers) return numbers.error();
-    return ObjectiveValue{(*numbers)[kEnergy], (*numbers)[kLeastJacobian]};
+    const double limits = sliders_ ? (*numbers)[kLimits] : 0;
+    return ObjectiveValue{(*numbers)[kEnergy] + limits, (*numbers)[kLeastJacobian]};
 }
 
 Result<ObjectiveValue> DeviceSolver::evaluate(const Objective& objective) {
@@ -163,15 +181,26 @@ Result<DeviceQuality> DeviceSolver::measure() {
     return DeviceQuality{(*numbers)[kBad8], (*numbers)[kBad32], (*numbers)[kMinSj], (*numbers)[kSumSj]};
 }
 
-Result<std::vector<double>> DeviceSolver::measure_cells() {
+Result<std::vector<CellMeasure>> DeviceSolver::measure_cells() {
     if (auto quality = measure(); !quality) return quality.error();
-    return device_.read_reals(energy_, device_.cell_count);
+    std::vector<CellMeasure> cells(device_.cell_count);
+    const auto read = [&](const Buffer& from, const auto& take) -> Status {
+        auto numbers = device_.read_reals(from, cells.size());
+        if (!numbers) return numbers.error();
+        for (std::size_t i = 0; i < cells.size(); ++i) take(cells[i], (*numbers)[i]);
+        return Done{};
+    };
+    Status status = read(energy_, [](CellMeasure& c, double x) { c.min_sj = static_cast<float>(x); });
+    if (status) status = read(least_, [](CellMeasure& c, double x) { c.has_bad8 = x > 0; });
+    if (status) status = read(third_, [](CellMeasure& c, double x) { c.has_bad32 = x > 0; });
+    if (!status) return status.error();
+    return cells;
 }
 
 Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega) {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
         for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
-            const auto count = static_cast<std::uint32_t>(device_.colours[c].size());
+            const std::uint32_t count = device_.free_count[c];
             recorder_.dispatch(
                 device_.precision,
                 args::newton_vertex{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
@@ -179,6 +208,7 @@ Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega) {
                                     device_.ball_item.ref(), device_.pattern.ref(), device_.dof_vertex.ref(),
                                     device_.dof_list.ref(4 * device_.colours.offset[c]),
                                     static_cast<float>(eps), static_cast<float>(omega), count});
+            if (sliders_) sliders_->sweep_newton(recorder_, c, eps, omega, limit_weight({eps, 1, 0, 0}));
             constrain(device_.points);
         }
     }
@@ -188,7 +218,7 @@ Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega) {
 Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
     recorder_.fill(raised_.ref(), 0, device_.dof_count * device_.real_bytes());
     for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
-        const auto count = static_cast<std::uint32_t>(device_.colours[c].size());
+        const std::uint32_t count = device_.free_count[c];
         recorder_.dispatch(
             device_.precision,
             args::raise_vertex{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
@@ -196,6 +226,7 @@ Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
                                device_.pattern.ref(), device_.dof_vertex.ref(),
                                device_.dof_list.ref(4 * device_.colours.offset[c]), slot(kMinSj),
                                raised_.ref(), static_cast<float>(margin), static_cast<float>(gain), count});
+        if (sliders_) sliders_->sweep_raise(recorder_, c, slot(kMinSj), raised_.ref(), margin, gain);
         constrain(device_.points);
     }
     reduce(true, raised_.ref(), device_.dof_count, slot(kRaised));
@@ -253,6 +284,7 @@ void DeviceSolver::record_product(const Objective* o) {
                        args::gather_cells{device_.ball_offset.ref(), device_.ball_item.ref(),
                                           device_.pattern.ref(), cell_vectors_.ref(), product_.ref(), 1.0f,
                                           device_.dof_count});
+    if (o && sliders_) sliders_->restrict_product(recorder_, direction_, product_);
 }
 
 /// Solves matrix * solution_ = -gradient_ with block_ as preconditioner.
@@ -296,6 +328,7 @@ Result<bool> DeviceSolver::search_line(const Objective& objective, double slope,
         recorder_.dispatch(device_.precision,
                            args::take_step{device_.points.ref(), solution_.ref(), device_.dof_vertex.ref(),
                                            trial_.ref(), static_cast<float>(length), device_.dof_count});
+        if (sliders_) sliders_->project(recorder_, trial_);
         constrain(trial_);
         record_energy(objective, trial_);
         auto at = read_value();
@@ -317,6 +350,7 @@ void DeviceSolver::record_gradient(const Objective& o) {
                            device_.pattern.ref(), gradient_.ref(), block_.ref(), static_cast<float>(o.eps),
                            static_cast<float>(o.shape_weight), static_cast<float>(o.penalty_weight),
                            static_cast<float>(o.theta), device_.dof_count});
+    if (sliders_) sliders_->restrict_gradient(recorder_, gradient_, block_);
 }
 
 Result<std::vector<Point>> DeviceSolver::read_gradient() {
@@ -325,7 +359,8 @@ Result<std::vector<Point>> DeviceSolver::read_gradient() {
     if (!numbers) return numbers.error();
     std::vector<Point> gradient(device_.dof_count);
     for (std::size_t d = 0; d < gradient.size(); ++d)
-        gradient[d] = Point((*numbers)[3 * d], (*numbers)[3 * d + 1], (*numbers)[3 * d + 2]) / device_.unit;
+        gradient[d] =
+            Point((*numbers)[3 * d], (*numbers)[3 * d + 1], (*numbers)[3 * d + 2]) / device_.frame.unit;
     return gradient;
 }
 
@@ -399,6 +434,11 @@ Status DeviceSolver::step_hyperelastic(double relaxation) {
 Result<NewtonResult> DeviceSolver::minimise(const Objective& objective, const NewtonOptions& options,
                                             const Budget& budget) {
     NewtonResult result;
+    if (sliders_) {
+        // Only for the directions here; later ones come with each trial that is accepted.
+        recorder_.copy(device_.points.ref(), trial_.ref(), device_.vertex_count * device_.point_bytes());
+        sliders_->project(recorder_, trial_);
+    }
     auto value = evaluate(objective);
     if (!value) return value.error();
     result.start = *value;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "stages/optimize/device_problem.hpp"
+#include "stages/optimize/device_sliders.hpp"
 #include "stages/optimize/newton.hpp"
 
 namespace hexopt {
@@ -14,14 +14,16 @@ struct DeviceQuality {
 /// block of a few numbers. Every call leaves the positions on the device, hanging vertices included.
 class DeviceSolver {
   public:
-    static Result<std::unique_ptr<DeviceSolver>> create(DeviceProblem& device);
+    /// sliders: the boundary dofs, kept on their surface and within their limits by minimise() and the sweeps
+    /// of sweep_newton() and sweep_raise(); null: there are none. Must outlive the solver.
+    static Result<std::unique_ptr<DeviceSolver>> create(DeviceProblem& device,
+                                                        const DeviceSliders* sliders = nullptr);
 
     /// Target sizes from the current positions, as Problem::update_lengths.
     Status update_lengths();
     Result<ObjectiveValue> evaluate(const Objective& objective);
     Result<DeviceQuality> measure();
-    /// Scaled Jacobian of each cell (least of its corners).
-    Result<std::vector<double>> measure_cells();
+    Result<std::vector<CellMeasure>> measure_cells();
 
     /// `sweeps` passes of one Newton step a dof, colour after colour; over-relaxed by omega where that lowers
     /// a ball's energy.
@@ -43,7 +45,8 @@ class DeviceSolver {
     /// One Jacobi step of weighted steepest descent on the hyper-elastic energy (thesis 3.2 and section 3.6).
     Status step_hyperelastic(double relaxation);
 
-    /// Gradient of the objective by each dof, per model unit.
+    /// Gradient of the objective by each dof, per model unit; of sliders what they may follow, after
+    /// minimise().
     Result<std::vector<Point>> compute_gradient(const Objective& objective);
     /// The same of an energy by forward differences (thesis 4.24); step_rel: step over the mean target
     /// length.
@@ -56,7 +59,7 @@ class DeviceSolver {
     DeviceProblem& device() { return device_; }
 
   private:
-    explicit DeviceSolver(DeviceProblem& device) : device_(device) {}
+    DeviceSolver(DeviceProblem& device, const DeviceSliders* sliders) : device_(device), sliders_(sliders) {}
     Status allocate();
     Status run();
     void record_gradient(const Objective& objective);
@@ -72,6 +75,7 @@ class DeviceSolver {
     compute::BufferRef slot(int number) const;
 
     DeviceProblem& device_;
+    const DeviceSliders* sliders_;
     compute::Recorder recorder_;
     compute::Buffer trial_, saved_, energy_, least_, third_, partial_[2], status_, scalars_;
     compute::Buffer gradient_, block_, solution_, residual_, preconditioned_, direction_, product_, field_,

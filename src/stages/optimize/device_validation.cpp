@@ -33,18 +33,66 @@ Status exercise(DeviceSolver& solver, Precision precision, const Budget& budget)
     return Done{};
 }
 
-} // namespace
+/// Limits that every kind of vertex runs into: short ranges here, open bands there, the rest as it may.
+SurfaceLimits narrow_limits(const HexMesh& mesh, const BoundaryModel& surface, double edge) {
+    SurfaceLimits limits = unlimited_on_surface(mesh.positions);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        if (v % 2 == 0) limits.reach[v] = static_cast<float>(0.05 * edge);
+        if (v % 3 == 0 || surface.associations()[v].kind == EntityKind::corner)
+            limits.band[v] = static_cast<float>(0.05 * edge);
+    }
+    return limits;
+}
 
-Result<std::vector<KernelDifference>> validate_device(compute::Backend& reference, compute::Backend& tested,
-                                                      Precision precision, const Problem& problem,
-                                                      std::span<const Point> positions,
-                                                      const Budget& budget) {
-    const auto checked = compute::create_checked_backend(reference, tested);
-    auto device = DeviceProblem::create(*checked, precision, problem, positions);
+Status exercise_fixed(compute::Backend& backend, Precision precision, const HexMesh& mesh,
+                      const Topology& topology, const Budget& budget) {
+    std::vector<std::uint8_t> movable(mesh.vertex_count());
+    for (std::size_t v = 0; v < movable.size(); ++v) movable[v] = !topology.on_boundary[v];
+    const Problem problem(mesh, topology, movable);
+    auto device = DeviceProblem::create(backend, precision, problem, mesh.positions);
     if (!device) return device.error();
     auto solver = DeviceSolver::create(*device);
     if (!solver) return solver.error();
-    if (auto status = exercise(**solver, precision, budget); !status) return status.error();
+    return exercise(**solver, precision, budget);
+}
+
+Status exercise_sliding(compute::Backend& backend, Precision precision, const HexMesh& mesh,
+                        const Topology& topology, const BoundaryModel& model, const Budget& budget) {
+    const Problem problem(mesh, topology, std::vector<std::uint8_t>(mesh.vertex_count(), 1));
+    const DeviceFrame frame = DeviceFrame::of(mesh, mesh.positions, precision);
+    const auto surface = DeviceSurface::create(backend, precision, frame, model);
+    if (!surface) return surface.error();
+    auto device =
+        DeviceProblem::create(backend, precision, problem, frame, DeviceSliders::find(problem, model));
+    if (!device) return device.error();
+    if (auto s = device->upload_positions(mesh.positions); !s) return s;
+    auto sliders = DeviceSliders::create(*device, *surface, model);
+    if (!sliders) return sliders.error();
+    if (auto s = sliders->upload(narrow_limits(mesh, model, frame.unit), mesh.positions); !s) return s;
+    const auto made = DeviceSolver::create(*device, &*sliders);
+    if (!made) return made.error();
+    DeviceSolver& solver = **made;
+    constexpr double kEps = 0.05;
+    if (auto s = solver.update_lengths(); !s) return s;
+    NewtonOptions options;
+    options.max_steps = 2;
+    options.cg_max_iterations = 8;
+    if (auto r = solver.minimise({kEps, 1, 100, 0.4}, options, budget); !r) return r.error();
+    if (auto s = solver.sweep_newton(kEps, 1); !s) return s;
+    if (auto r = solver.measure(); !r) return r.error();
+    if (auto r = solver.sweep_raise(0.5, 0.03); !r) return r.error();
+    return Done{};
+}
+
+} // namespace
+
+Result<std::vector<KernelDifference>> validate_device(compute::Backend& reference, compute::Backend& tested,
+                                                      Precision precision, const HexMesh& mesh,
+                                                      const Topology& topology, const BoundaryModel& surface,
+                                                      const Budget& budget) {
+    const auto checked = compute::create_checked_backend(reference, tested);
+    if (auto s = exercise_fixed(*checked, precision, mesh, topology, budget); !s) return s.error();
+    if (auto s = exercise_sliding(*checked, precision, mesh, topology, surface, budget); !s) return s.error();
     std::vector<KernelDifference> list = checked->differences();
     std::sort(list.begin(), list.end(),
               [](const auto& a, const auto& b) { return a.kernel->id < b.kernel->id; });

@@ -5,11 +5,14 @@
 
 namespace hexopt {
 
-/// Runs every kernel on both backends, each on what the ones before it made of the problem, and compares.
-/// Leaves the caller's positions alone. The list has an entry for every kernel that the precision allows.
+/// Runs every kernel on both backends, each on what the ones before it made of the mesh, and compares: first
+/// with the boundary fixed, then with all of it moving on `surface` and, in places, near it within narrow
+/// limits. Leaves the mesh alone. The list has an entry for every kernel that the mesh and the precision
+/// allow.
 Result<std::vector<compute::KernelDifference>>
 validate_device(compute::Backend& reference, compute::Backend& tested, compute::Precision precision,
-                const Problem& problem, std::span<const Point> positions, const Budget& budget);
+                const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
+                const Budget& budget);
 
 /// True where every result lies within what is allowed: exactly equal on a software device, else the kernel's
 /// bound.

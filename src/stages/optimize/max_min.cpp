@@ -78,8 +78,10 @@ namespace {
 
 class MaxMin {
   public:
-    MaxMin(Movement& movement, std::vector<Point>& positions, double eps, double work, Budget& budget)
-        : movement_(movement), positions_(positions), eps_(eps), work_left_(work), budget_(budget) {
+    MaxMin(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps, double work,
+           Budget& budget)
+        : movement_(movement), engine_(engine), positions_(positions), eps_(eps), work_left_(work),
+          budget_(budget) {
         Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets,
                       movement.inverse_stretch);
         whole.update_lengths(positions, budget.parallel());
@@ -129,24 +131,24 @@ class MaxMin {
                                                   seeds, max_min::kRings);
         Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets,
                         movement_.inverse_stretch);
-        problem.update_lengths(positions_, budget_.parallel());
         attempt_cells_ = problem.cell_count();
         saved_.assign(problem.dof_count(), Point(0));
         for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];
 
         std::optional<SurfaceMotion> motion;
         if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
-        Newton newton(problem, positions_, motion ? &*motion : nullptr, budget_);
-        const Worst before = measure_neighbourhood(problem, nullptr);
+        const auto newton = engine_.open(problem, positions_, motion ? &*motion : nullptr);
+        newton->update_lengths();
+        const Worst before = summarise(newton->measure());
         for (int narrowing = 0; narrowing < kMaxNarrowings && problem.dof_count() > 0; ++narrowing) {
             if (narrowing > 0) motion.emplace(problem, *movement_.surface, *movement_.limits);
-            minimise_penalty(newton, theta, shape_weight, result);
+            minimise_penalty(*newton, theta, shape_weight, result);
             const std::vector<Index> violators = find_violators(problem);
             if (!violators.empty())
                 movement_.guard->tighten(positions_, violators, kNarrower, *movement_.limits);
             const bool is_last = narrowing + 1 == kMaxNarrowings;
             if (!violators.empty() && !is_last) continue;
-            return accept(problem, motion ? &*motion : nullptr, before, !violators.empty()) ||
+            return accept(*newton, motion ? &*motion : nullptr, before, !violators.empty()) ||
                    give_up(problem, opened);
         }
         return give_up(problem, opened);
@@ -161,13 +163,15 @@ class MaxMin {
 
     /// Keeps where the dofs have got to, or a half or a quarter of the way there, if that is better and no
     /// quad deviates too far. violates: some do at the end of the way.
-    bool accept(Problem& problem, const Motion* motion, const Worst& before, bool violates) {
+    bool accept(Minimiser& newton, const Motion* motion, const Worst& before, bool violates) {
+        const Problem& problem = newton.problem();
         reached_.resize(problem.dof_count());
         for (std::size_t d = 0; d < reached_.size(); ++d) reached_[d] = positions_[problem.dof_vertex()[d]];
         std::vector<CellMeasure> after;
         for (double share = violates ? 0.5 : 1; share >= 0.25; share *= 0.5) {
             if (share < 1) go_share_of_way(problem, motion, share);
-            if (!measure_neighbourhood(problem, &after).is_better_than(before)) continue;
+            after = newton.measure();
+            if (!summarise(after).is_better_than(before)) continue;
             if (share < 1 && !find_violators(problem).empty()) continue;
             for (std::size_t i = 0; i < after.size(); ++i) measure_[place_[problem.cell_id()[i]]] = after[i];
             return true;
@@ -189,13 +193,7 @@ class MaxMin {
         return movement_.guard->violators(positions_, problem.dof_vertex(), budget_.parallel());
     }
 
-    Worst measure_neighbourhood(Problem& problem, std::vector<CellMeasure>* cells) {
-        const auto measure = measure_cells(problem, positions_, budget_.parallel());
-        if (cells) *cells = measure;
-        return summarise(measure);
-    }
-
-    void minimise_penalty(Newton& newton, double theta, double shape_weight, MaxMinResult& result) {
+    void minimise_penalty(Minimiser& newton, double theta, double shape_weight, MaxMinResult& result) {
         NewtonOptions options;
         // What a step costs with its conjugate gradients, so that the last attempt keeps to the budget too.
         const double step_work = 2.5 * static_cast<double>(newton.problem().cell_count());
@@ -211,6 +209,7 @@ class MaxMin {
     }
 
     Movement& movement_;
+    Engine& engine_;
     std::vector<Point>& positions_;
     double eps_, work_left_;
     Budget& budget_;
@@ -222,9 +221,9 @@ class MaxMin {
 
 } // namespace
 
-MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
-                               double work, Budget& budget) {
-    return MaxMin(movement, positions, eps, work, budget).run(target);
+MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
+                               double target, double work, Budget& budget) {
+    return MaxMin(movement, engine, positions, eps, work, budget).run(target);
 }
 
 } // namespace hexopt

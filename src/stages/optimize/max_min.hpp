@@ -1,7 +1,7 @@
 #pragma once
 
 #include "stages/optimize/boundary_guard.hpp"
-#include "stages/optimize/newton.hpp"
+#include "stages/optimize/minimiser.hpp"
 
 namespace hexopt {
 
@@ -61,7 +61,7 @@ std::vector<Index> open_bands(const Movement& movement, std::span<const Index> c
 /// penalty on every corner below a threshold that rises with the minimum. positions are changed only where
 /// the minimum rises and no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once
 /// the minimum reaches it; work: cells times Newton steps that may be spent.
-MaxMinResult raise_worst_cells(Movement& movement, std::vector<Point>& positions, double eps, double target,
-                               double work, Budget& budget);
+MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
+                               double target, double work, Budget& budget);
 
 } // namespace hexopt

@@ -1,5 +1,7 @@
 #include "stages/optimize/newton.hpp"
 
+#include "stages/optimize/untangle.hpp"
+
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -70,16 +72,6 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
     return total;
 }
 
-namespace {
-
-/// A vertex at the end of its range weighs as much as a hundred tetrahedra or a corner 0.14 below the
-/// threshold.
-double limit_weight(const Objective& objective) {
-    return 100 * objective.shape_weight + 0.02 * objective.penalty_weight;
-}
-
-} // namespace
-
 double Newton::limit_energy(const Objective& objective, std::span<const Point> positions) const {
     if (!motion_) return 0;
     const auto limited = motion_->limited();
@@ -123,6 +115,17 @@ std::vector<CellMeasure> measure_cells(const Problem& problem, std::span<const P
         }
     });
     return result;
+}
+
+std::vector<CellMeasure> Newton::measure() { return measure_cells(problem_, positions_, budget_.parallel()); }
+
+int Newton::start_harmonically(std::span<const std::uint8_t> on_boundary) {
+    return harmonic_start(*this, on_boundary, budget_);
+}
+
+std::unique_ptr<Minimiser> HostEngine::open(Problem& problem, std::vector<Point>& positions,
+                                            const SurfaceMotion* motion) {
+    return std::make_unique<Newton>(problem, positions, motion, budget_);
 }
 
 ObjectiveValue Newton::compute_gradient(const Objective& objective) {

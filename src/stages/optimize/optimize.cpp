@@ -138,18 +138,12 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
         mesh.positions = positions;
         improved = true;
     };
-    // Where the boundary slides, a device untangles the interior first and the host does the rest.
-    const bool slides = options.boundary == BoundaryMode::slide;
     const auto run_robust = [&]() -> Status {
-        if (device) {
-            OptimizeOptions part = options;
-            part.max_min = options.max_min && !slides;
-            const Status status =
-                optimize_on_device(mesh, topology, part, *device, positions, budget, keep_if_better, stats);
-            if (!status) return status;
-        }
-        if (!device || slides)
-            optimize_robust(mesh, topology, surface, options, positions, budget, keep_if_better, stats);
+        if (device)
+            return optimize_on_device(mesh, topology, surface, options, *device, positions, budget,
+                                      keep_if_better, stats);
+        HostEngine host(budget);
+        optimize_robust(mesh, topology, surface, options, host, positions, budget, keep_if_better, stats);
         return Done{};
     };
     if (options.method == OptimizeMethod::thesis)

@@ -95,8 +95,8 @@ struct OptimizeStats {
 /// may move; ignored with BoundaryMode::fixed, required with slide. Cancelled: returns ErrorCode::cancelled
 /// and leaves in `mesh` the best valid state so far (never worse than the input). Source: regularised energy
 /// after Garanzha et al. 2021; thesis chapter 4 for the rest.
-/// device: where the part with a fixed boundary is computed (optimize_on_device()): all of it with
-/// BoundaryMode::fixed, untangling the interior with slide; null: the host's vectorised code.
+/// device: where the robust method's steps are computed (optimize_on_device()); null: by the host's
+/// vectorised code.
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
                                const OptimizeOptions& options, Context& context,
                                const DeviceTarget* device = nullptr);

@@ -24,6 +24,7 @@ constexpr double kBandShare = 0.8;
 constexpr int kMaxNarrowings = 12;
 constexpr int kFreezeAfter = 6; ///< narrowings after which vertices that still go too far stay at their start
 constexpr float kNarrower = 0.6f;
+constexpr int kRaiseNarrowings = 2; ///< of the sweeps over single vertices
 
 /// Effort::quick: cells are poor from this mean energy of a tetrahedron on (1: cube), and what is moved are
 /// the rings round them.
@@ -42,12 +43,12 @@ constexpr std::size_t kTwoStartsUpTo = 20000;
 class RobustRun {
   public:
     RobustRun(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-              const OptimizeOptions& options, std::vector<Point>& positions, Budget& budget,
+              const OptimizeOptions& options, Engine& engine, std::vector<Point>& positions, Budget& budget,
               const std::function<void()>& keep_if_better, OptimizeStats& stats)
         : mesh_(mesh), topology_(topology),
           surface_(options.boundary == BoundaryMode::slide ? surface : nullptr), options_(options),
-          positions_(positions), budget_(budget), keep_if_better_(keep_if_better), stats_(stats),
-          inverse_stretch_(inverse_stretches(options.target_lengths)) {}
+          engine_(engine), positions_(positions), budget_(budget), keep_if_better_(keep_if_better),
+          stats_(stats), inverse_stretch_(inverse_stretches(options.target_lengths)) {}
 
     void run() {
         Context& context = budget_.context();
@@ -105,16 +106,38 @@ class RobustRun {
 
     void raise_worst() {
         if (!options_.max_min) return;
+        if (engine_.raises_vertices()) raise_vertices();
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
         const double at_least = quick               ? kQuickWorkAtLeast
                                 : movement_.surface ? kSlidingWorkAtLeast / (has_two_starts() ? 2 : 1)
                                                     : max_min::kWorkAtLeast;
-        const double work = at_least + per_cell * static_cast<double>(mesh_.cell_count());
+        const double work = engine_.speed() * (at_least + per_cell * static_cast<double>(mesh_.cell_count()));
         const MaxMinResult result =
-            raise_worst_cells(movement_, positions_, eps_, options_.min_sj, work, budget_);
+            raise_worst_cells(movement_, engine_, positions_, eps_, options_.min_sj, work, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
+        keep_if_better_();
+    }
+
+    /// Single vertices first: on a device that gives most of the rise for little.
+    void raise_vertices() {
+        for (int narrowing = 0; narrowing <= kRaiseNarrowings && !budget_.exhausted(); ++narrowing) {
+            const std::vector<Point> before = positions_;
+            Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch);
+            std::optional<SurfaceMotion> motion;
+            if (movement_.surface) motion.emplace(problem, *surface_, limits_);
+            const auto minimiser = engine_.open(problem, positions_, motion ? &*motion : nullptr);
+            minimiser->update_lengths();
+            stats_.sweeps += minimiser->raise_vertices(std::min(options_.min_sj, max_min::kPerfect));
+            const std::vector<Index> violators =
+                movement_.guard
+                    ? guard_->violators(positions_, boundary_among(movement_.movable), budget_.parallel())
+                    : std::vector<Index>{};
+            if (violators.empty()) break;
+            guard_->tighten(positions_, violators, kNarrower, limits_);
+            positions_ = before;
+        }
         keep_if_better_();
     }
 
@@ -123,22 +146,22 @@ class RobustRun {
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = !topology_.on_boundary[v];
         Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch);
-        problem.update_lengths(positions_, budget_.parallel());
-        Newton newton(problem, positions_, nullptr, budget_);
+        const auto newton = engine_.open(problem, positions_, nullptr);
+        newton->update_lengths();
         const auto count_bad = [&] {
-            const auto cells = measure_cells(problem, positions_, budget_.parallel());
+            const auto cells = newton->measure();
             return std::count_if(cells.begin(), cells.end(),
                                  [](const CellMeasure& c) { return c.has_bad32; });
         };
         if (const auto bad = count_bad(); bad > 0) {
             const std::vector<Point> before = positions_;
-            stats_.cg_iterations += harmonic_start(newton, topology_.on_boundary, budget_);
+            stats_.cg_iterations += newton->start_harmonically(topology_.on_boundary);
             if (count_bad() >= bad) positions_ = before;
         }
-        finish_untangling(newton);
+        finish_untangling(*newton);
     }
 
-    void finish_untangling(Newton& newton, int max_rounds = kMaxUntangleRounds) {
+    void finish_untangling(Minimiser& newton, int max_rounds = kMaxUntangleRounds) {
         const UntangleResult result = untangle_regularised(newton, max_rounds, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
@@ -242,8 +265,7 @@ class RobustRun {
     void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds) {
         Problem problem(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch);
         SurfaceMotion motion(problem, *surface_, limits_);
-        Newton newton(problem, positions_, &motion, budget_);
-        finish_untangling(newton, max_rounds);
+        finish_untangling(*engine_.open(problem, positions_, &motion), max_rounds);
     }
 
     std::vector<Index> boundary_among(const std::vector<std::uint8_t>& moving) const {
@@ -268,6 +290,7 @@ class RobustRun {
     const Topology& topology_;
     const BoundaryModel* surface_;
     const OptimizeOptions& options_;
+    Engine& engine_;
     std::vector<Point>& positions_;
     Budget& budget_;
     const std::function<void()>& keep_if_better_;
@@ -283,9 +306,9 @@ class RobustRun {
 } // namespace
 
 void optimize_robust(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-                     const OptimizeOptions& options, std::vector<Point>& positions, Budget& budget,
-                     const std::function<void()>& keep_if_better, OptimizeStats& stats) {
-    RobustRun(mesh, topology, surface, options, positions, budget, keep_if_better, stats).run();
+                     const OptimizeOptions& options, Engine& engine, std::vector<Point>& positions,
+                     Budget& budget, const std::function<void()>& keep_if_better, OptimizeStats& stats) {
+    RobustRun(mesh, topology, surface, options, engine, positions, budget, keep_if_better, stats).run();
 }
 
 } // namespace hexopt

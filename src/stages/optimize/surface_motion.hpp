@@ -33,6 +33,9 @@ class SurfaceMotion final : public Motion {
     std::span<const Index> limited() const override { return limited_; }
     LimitTerm limit(Index dof, const Point& at) const override;
 
+    const BoundaryModel& surface() const { return surface_; }
+    const SurfaceLimits& limits() const { return limits_; }
+
   private:
     bool is_off_surface(Index vertex) const { return limits_.band[vertex] > 0; }
     Projection project(Index dof, const Point& query) const;

@@ -10,9 +10,7 @@ namespace hexopt {
 namespace {
 
 constexpr double kStartEps = 0.05;
-constexpr double kValidEps = 1e-12;
-constexpr double kLeastEps = 1e-5;   ///< while anything is tangled
-constexpr double kLeastValid = 1e-9; ///< a positive J below this is rounding: the barrier would hold it there
+constexpr double kLeastEps = 1e-5; ///< while anything is tangled
 constexpr int kMaxStalledRounds = 6;
 
 } // namespace
@@ -64,16 +62,18 @@ int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Bu
     return cg.iterations;
 }
 
-UntangleResult untangle_regularised(Newton& newton, int max_rounds, Budget& budget) {
+UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& budget) {
     UntangleResult result;
-    newton.problem().update_lengths(newton.positions(), budget.parallel());
+    const Resolution resolution = newton.resolution();
+    newton.update_lengths();
     Objective objective;
     // A valid mesh must not be let through the barrier again.
-    objective.eps = newton.evaluate(objective).min_jacobian > kLeastValid ? kValidEps : kStartEps;
+    objective.eps =
+        newton.evaluate(objective).min_jacobian > resolution.least_valid ? resolution.valid_eps : kStartEps;
     NewtonOptions options;
     int valid_rounds = 0, stalled_rounds = 0;
     for (result.rounds = 0; result.rounds < max_rounds && !budget.exhausted(); ++result.rounds) {
-        newton.problem().update_lengths(newton.positions(), budget.parallel());
+        newton.update_lengths();
         const NewtonResult step = newton.minimise(objective, options);
         result.newton_steps += step.steps;
         result.cg_iterations += step.cg_iterations;
@@ -84,9 +84,9 @@ UntangleResult untangle_regularised(Newton& newton, int max_rounds, Budget& budg
             fmt::format("round {}: eps {:.3e}, energy {:.6e} -> {:.6e}, least J {:.3e}, {} steps, {} cg",
                         result.rounds, objective.eps, step.start.energy, step.end.energy,
                         step.end.min_jacobian, step.steps, step.cg_iterations));
-        if (step.end.min_jacobian > kLeastValid) {
+        if (step.end.min_jacobian > resolution.least_valid) {
             stalled_rounds = 0;
-            objective.eps = kValidEps;
+            objective.eps = resolution.valid_eps;
             if (++valid_rounds > 1 && decrease < 2e-3) break;
             continue;
         }

@@ -22,6 +22,6 @@ struct UntangleResult {
 inline constexpr int kMaxUntangleRounds = 24;
 
 /// Minimises the regularised shape energy while eps falls (Garanzha et al. 2021, with eps <= 0.2 |min J|).
-UntangleResult untangle_regularised(Newton& newton, int max_rounds, Budget& budget);
+UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& budget);
 
 } // namespace hexopt
