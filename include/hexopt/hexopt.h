@@ -239,8 +239,7 @@ typedef struct hexopt_device_mesh {
     { sizeof(hexopt_device_mesh), HEXOPT_VERSION, 0, NULL, 0, 0, 0, NULL, 0, 0, NULL, NULL, NULL, NULL }
 
 /** hexopt_optimize() in place in the host application's device memory, computed on its device. options: as
- * there, but `device` is not used (NULL: defaults with a fixed boundary); where the boundary slides, the
- * device untangles the interior and the CPU does the rest. */
+ * there, but `device` is not used (NULL: defaults with a fixed boundary). */
 HEXOPT_API hexopt_status hexopt_optimize_on_device(hexopt_context* context, const hexopt_vulkan* vulkan,
                                                    const hexopt_device_mesh* mesh,
                                                    const hexopt_optimize_options* options,

@@ -99,14 +99,11 @@ void add_compute_options(CLI::App& command, Arguments& arguments) {
         {"mixed", compute::Precision::mixed}};
     command
         .add_option("--device", arguments.job.improve.device,
-                    "auto (default) | cpu | vulkan | index or part of the name of one that `devices` lists; "
-                    "where the "
-                    "boundary slides, the device untangles the interior and the host does the rest")
+                    "auto (default) | cpu | vulkan | index or part of the name of one that `devices` lists")
         ->type_name("DEVICE");
     command
         .add_option("--precision", arguments.job.improve.precision,
-                    "f32 | f64 (default) | mixed, of the part with a fixed boundary; what is kept is "
-                    "always decided in f64")
+                    "f32 | f64 (default) | mixed, of the kernels; what is kept is always decided in f64")
         ->transform(choice(kPrecisions))
         ->type_name("NAME");
 }
