@@ -4,15 +4,15 @@
 
 namespace hexopt::compute {
 
-extern const PackFunction kNewtonPacks_baseline;
+extern const NewtonPacks kNewtonPacks_baseline;
 #ifdef HEXOPT_X86_KERNELS
-extern const PackFunction kNewtonPacks_avx2;
-extern const PackFunction kNewtonPacks_avx512;
+extern const NewtonPacks kNewtonPacks_avx2;
+extern const NewtonPacks kNewtonPacks_avx512;
 #endif
 
 namespace {
 
-PackFunction widest_newton() {
+const NewtonPacks& widest_newton() {
 #ifdef HEXOPT_X86_KERNELS
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return kNewtonPacks_avx512;
     if (__builtin_cpu_supports("avx2")) return kNewtonPacks_avx2;
@@ -23,7 +23,8 @@ PackFunction widest_newton() {
 } // namespace
 
 PackFunction pack_function(const KernelInfo& kernel) {
-    if (kernel.id == args::newton_vertex::kKernel) return widest_newton();
+    if (kernel.id == args::newton_vertex::kKernel) return widest_newton().vertex;
+    if (kernel.id == args::newton_regular::kKernel) return widest_newton().regular;
     return nullptr;
 }
 

@@ -2,7 +2,7 @@
 
 namespace hexopt::compute {
 
-extern const PackFunction kNewtonPacks_avx2;
-const PackFunction kNewtonPacks_avx2 = avx2::newton_vertex;
+extern const NewtonPacks kNewtonPacks_avx2;
+const NewtonPacks kNewtonPacks_avx2 = {avx2::newton_vertex, avx2::newton_regular};
 
 } // namespace hexopt::compute

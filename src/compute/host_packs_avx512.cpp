@@ -2,7 +2,7 @@
 
 namespace hexopt::compute {
 
-extern const PackFunction kNewtonPacks_avx512;
-const PackFunction kNewtonPacks_avx512 = avx512::newton_vertex;
+extern const NewtonPacks kNewtonPacks_avx512;
+const NewtonPacks kNewtonPacks_avx512 = {avx512::newton_vertex, avx512::newton_regular};
 
 } // namespace hexopt::compute

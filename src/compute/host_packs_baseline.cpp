@@ -2,7 +2,7 @@
 
 namespace hexopt::compute {
 
-extern const PackFunction kNewtonPacks_baseline;
-const PackFunction kNewtonPacks_baseline = baseline::newton_vertex;
+extern const NewtonPacks kNewtonPacks_baseline;
+const NewtonPacks kNewtonPacks_baseline = {baseline::newton_vertex, baseline::newton_regular};
 
 } // namespace hexopt::compute

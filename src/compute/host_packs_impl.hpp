@@ -34,16 +34,20 @@ namespace mixed {
 #undef HEXOPT_POINT_REAL
 } // namespace mixed
 
-inline void newton_vertex(Precision precision, HostFunction scalar, const void* args, std::uint32_t begin,
-                          std::uint32_t end) {
-    switch (precision) {
-    case Precision::f32:
-        return f32::newton_vertices(scalar, args, begin, end);
-    case Precision::f64:
-        return f64::newton_vertices(scalar, args, begin, end);
-    case Precision::mixed:
-        return mixed::newton_vertices(scalar, args, begin, end);
+#define HEXOPT_BY_PRECISION(kernel, function)                                                                \
+    inline void kernel(Precision precision, HostFunction scalar, const void* args, std::uint32_t begin,      \
+                       std::uint32_t end) {                                                                  \
+        switch (precision) {                                                                                 \
+        case Precision::f32:                                                                                 \
+            return f32::function(scalar, args, begin, end);                                                  \
+        case Precision::f64:                                                                                 \
+            return f64::function(scalar, args, begin, end);                                                  \
+        case Precision::mixed:                                                                               \
+            return mixed::function(scalar, args, begin, end);                                                \
+        }                                                                                                    \
     }
-}
+HEXOPT_BY_PRECISION(newton_vertex, newton_vertices)
+HEXOPT_BY_PRECISION(newton_regular, newton_regular_vertices)
+#undef HEXOPT_BY_PRECISION
 
 } // namespace hexopt::compute::HEXOPT_SIMD_NAMESPACE

@@ -1,4 +1,5 @@
-// shaders/kernels/newton_vertex.glsl on kLanes vertices at once. Included inside a namespace a precision.
+// shaders/kernels/newton_vertex.glsl and newton_regular.glsl on kLanes vertices at once. Included inside a
+// namespace a precision.
 #include "dialect/simd_types.hpp"
 
 #include "math/scaled_jacobian.glsl"
@@ -21,6 +22,15 @@ struct NewtonArgs {
     const lane_real* pattern;
     const std::uint32_t* dof_vertex;
     const std::uint32_t* dof_list;
+    float eps, omega;
+    std::uint32_t count;
+};
+
+struct RegularArgs {
+    point_real* points;
+    const std::uint32_t* stencil;
+    const lane_real* inverse_length;
+    const lane_real* cell_weight;
     float eps, omega;
     std::uint32_t count;
 };
@@ -99,12 +109,16 @@ inline std::uint32_t longest_ball(const NewtonArgs& a, const std::uint32_t* dofs
     return longest <= kMaxCells ? longest : 0;
 }
 
-inline void move_lanes(const NewtonArgs& a, const std::uint32_t* dofs, std::uint32_t cells, int lanes) {
-    PackCell cell[kMaxCells];
-    const real eps(a.eps), omega(a.omega);
+/// The step of each lane, to be taken where the slope is negative.
+struct Step {
+    rvec3 move;
+    real slope;
+};
+
+inline Step find_step(const PackCell* cell, std::uint32_t cells, float eps_, float omega_) {
+    const real eps(eps_), omega(omega_);
     LocalModel m = model_zero();
     for (std::uint32_t i = 0; i < cells; ++i) {
-        load_cells(a, dofs, i, cell[i]);
         const real inverse = cell[i].inverse, factor = cell[i].factor * real(1.0f);
         const LocalModel part = corner_model(edges_of(cell[i]), eps);
         m.energy += part.energy * factor;
@@ -116,13 +130,76 @@ inline void move_lanes(const NewtonArgs& a, const std::uint32_t* dofs, std::uint
     LineEnergies l = line_zero();
     for (std::uint32_t i = 0; i < cells; ++i)
         l = add_lines(l, corner_line(edges_of(cell[i]), d * cell[i].inverse, omega, eps), cell[i].factor);
-    const rvec3 step = d * search_length(l, m.energy, slope, omega);
-    for (int lane = 0; lane < lanes; ++lane) {
-        if (!(slope[lane] < 0)) continue;
-        point_real* p = a.points + 3 * std::size_t{a.dof_vertex[dofs[lane]]};
-        p[0] += static_cast<point_real>(step.x[lane]);
-        p[1] += static_cast<point_real>(step.y[lane]);
-        p[2] += static_cast<point_real>(step.z[lane]);
+    return {d * search_length(l, m.energy, slope, omega), slope};
+}
+
+inline void move_lane(point_real* p, const Step& step, int lane) {
+    if (!(step.slope[lane] < 0)) return;
+    p[0] += static_cast<point_real>(step.move.x[lane]);
+    p[1] += static_cast<point_real>(step.move.y[lane]);
+    p[2] += static_cast<point_real>(step.move.z[lane]);
+}
+
+inline void move_lanes(const NewtonArgs& a, const std::uint32_t* dofs, std::uint32_t cells, int lanes) {
+    PackCell cell[kMaxCells];
+    for (std::uint32_t i = 0; i < cells; ++i) load_cells(a, dofs, i, cell[i]);
+    const Step step = find_step(cell, cells, a.eps, a.omega);
+    for (int lane = 0; lane < lanes; ++lane)
+        move_lane(a.points + 3 * std::size_t{a.dof_vertex[dofs[lane]]}, step, lane);
+}
+
+/// Places in a block (x + 3 y + 9 z) of each octant's other corners, as octant_edges() takes them.
+struct OctantTable {
+    std::uint8_t place[8][7];
+};
+inline constexpr OctantTable kOctant = [] {
+    OctantTable table{};
+    for (unsigned octant = 0; octant < 8; ++octant) {
+        const unsigned x = octant & 1, y = octant >> 1 & 1, z = octant >> 2;
+        const bool odd = (x ^ y ^ z) == 1;
+        for (unsigned corner = 1; corner < 8; ++corner) {
+            const unsigned u = corner & 1, v = corner >> 1 & 1, w = corner >> 2;
+            const unsigned ax = odd ? v : u, ay = odd ? u : v;
+            const unsigned i = 1 + ax - 2 * ax * x, j = 1 + ay - 2 * ay * y, k = 1 + w - 2 * w * z;
+            table.place[octant][corner - 1] = static_cast<std::uint8_t>(i + 3 * j + 9 * k);
+        }
+    }
+    return table;
+}();
+
+inline void newton_regular_vertices(HostFunction, const void* args, std::uint32_t begin, std::uint32_t end) {
+    const RegularArgs& a = *static_cast<const RegularArgs*>(args);
+    for (std::uint32_t first = begin; first < end; first += kLanes) {
+        const auto lanes = static_cast<int>(std::min<std::uint32_t>(kLanes, end - first));
+        alignas(64) lane_real local[81][kLanes], inverse[8][kLanes], factor[8][kLanes];
+        const std::uint32_t* row[kLanes];
+        for (int lane = 0; lane < kLanes; ++lane) {
+            row[lane] =
+                a.stencil + 35 * std::size_t{first + static_cast<unsigned>(std::min(lane, lanes - 1))};
+            const point_real* centre = a.points + 3 * std::size_t{row[lane][13]};
+            for (int place = 0; place < 27; ++place)
+                for (int axis = 0; axis < 3; ++axis)
+                    local[3 * place + axis][lane] = static_cast<lane_real>(
+                        a.points[3 * std::size_t{row[lane][place]} + static_cast<unsigned>(axis)] -
+                        centre[axis]);
+            for (int octant = 0; octant < 8; ++octant) {
+                inverse[octant][lane] = a.inverse_length[row[lane][27 + octant]];
+                factor[octant][lane] = a.cell_weight[row[lane][27 + octant]];
+            }
+        }
+        PackCell cell[8];
+        for (int octant = 0; octant < 8; ++octant) {
+            cell[octant].inverse = load_pack(inverse[octant]);
+            cell[octant].factor = load_pack(factor[octant]);
+            for (int k = 0; k < 7; ++k) {
+                const auto at = local + 3 * kOctant.place[octant][k];
+                cell[octant].corner[k] =
+                    rvec3(load_pack(at[0]), load_pack(at[1]), load_pack(at[2])) * cell[octant].inverse;
+            }
+        }
+        const Step step = find_step(cell, 8, a.eps, a.omega);
+        for (int lane = 0; lane < lanes; ++lane)
+            move_lane(a.points + 3 * std::size_t{row[lane][13]}, step, lane);
     }
 }
 

@@ -85,16 +85,16 @@ double time_obvious(const SampleProblem& sample) {
 
 // ---- the kernels
 
-double time_sweeps(Backend& backend, Precision precision, const SampleProblem& sample) {
+double time_sweeps(Backend& backend, Precision precision, const SampleProblem& sample, bool blocks) {
     auto device = DeviceProblem::create(backend, precision, *sample.problem, sample.mesh.positions);
     if (!device) return std::fprintf(stderr, "%s\n", device.error().one_line().c_str()), NAN;
     auto solver = DeviceSolver::create(*device);
-    if (!solver || !(*solver)->update_lengths() || !(*solver)->sweep_newton(kEps, 1))
+    if (!solver || !(*solver)->update_lengths() || !(*solver)->sweep_newton(kEps, 1, 1.6, blocks))
         return NAN; // compiles the kernels
     double best = INFINITY;
     for (int repeat = 0; repeat < 3; ++repeat) {
         const double start = cpu_seconds();
-        if (!(*solver)->sweep_newton(kEps, 1)) return NAN;
+        if (!(*solver)->sweep_newton(kEps, 1, 1.6, blocks)) return NAN;
         best = std::min(best, cpu_seconds() - start);
     }
     return best / device->dof_count * 1e9;
@@ -196,18 +196,19 @@ int main(int argc, char** argv) {
     const Parallel one(1);
     const auto scalar = create_cpu_backend(one, CpuOrder::serial),
                packs = create_cpu_backend(one, CpuOrder::parallel);
-    show("kernel, scalar f64", time_sweeps(*scalar, Precision::f64, sample));
-    show("kernel, scalar f32", time_sweeps(*scalar, Precision::f32, sample));
-    show("kernel, packs f64", time_sweeps(*packs, Precision::f64, sample));
-    show("kernel, packs mixed", time_sweeps(*packs, Precision::mixed, sample));
-    show("kernel, packs f32", time_sweeps(*packs, Precision::f32, sample));
+    const auto show_all = [&](const std::string& where, Backend& backend) {
+        for (const bool blocks : {false, true})
+            for (Precision precision : {Precision::f64, Precision::mixed, Precision::f32})
+                show((where + (blocks ? ", regular " : ", any ball ") + name_of(precision)).c_str(),
+                     time_sweeps(backend, precision, sample, blocks));
+    };
+    show_all("scalar", *scalar);
+    show_all("packs", *packs);
     VulkanOptions options;
     options.cache_folder = default_cache_folder();
     const auto vulkan = create_vulkan_backend(options);
     if (!vulkan) return std::printf("vulkan: %s\n", vulkan.error().one_line().c_str()), 0;
     std::printf("%s\n", (*vulkan)->capabilities().name.c_str());
-    show("vulkan f64", time_sweeps(**vulkan, Precision::f64, sample));
-    show("vulkan mixed", time_sweeps(**vulkan, Precision::mixed, sample));
-    show("vulkan f32", time_sweeps(**vulkan, Precision::f32, sample));
+    show_all("vulkan", **vulkan);
     return 0;
 }

@@ -134,6 +134,28 @@ TEST_CASE("kernels: no result depends on the order of the work items, on threads
     check_all_kernels(*parallel, octree, "octree, threads and packs");
 }
 
+TEST_CASE("kernels: in regular blocks both kernels take the same step, and blocks are found where they are") {
+    const SampleProblem cube(perturbed_cube(5, 0.4)), octree(sample_mesh("octree-sphere", 0.2, 8));
+    for (const SampleProblem* sample : {&cube, &octree})
+        for (Precision precision : kPrecisions) {
+            HostSolver general(*sample, precision), blocks(*sample, precision);
+            std::uint32_t regular = 0;
+            for (std::uint32_t count : blocks.device->regular_count) regular += count;
+            CHECK(regular > 0);
+            if (sample == &cube) CHECK(regular == cube.problem->dof_count());
+            REQUIRE(general.solver->sweep_newton(0.05, 1, 1.6, false));
+            REQUIRE(blocks.solver->sweep_newton(0.05, 1, 1.6, true));
+            INFO(name_of(precision) << ", " << regular << " blocks");
+            // Equal but for the order of sums, which a line search may answer by another length.
+            const auto a = general.positions(*sample), b = blocks.positions(*sample);
+            std::size_t far = 0;
+            for (std::size_t v = 0; v < a.size(); ++v)
+                far += glm::length(a[v] - b[v]) > (precision == Precision::f64 ? 1e-9 : 1e-3);
+            CHECK(far <= a.size() / 50);
+            CHECK(a != sample->mesh.positions);
+        }
+}
+
 TEST_CASE("kernels: energy of boxes is the closed form, and no motion or size changes it") {
     const double a = GENERATE(1.0, 3.0), c = GENERATE(1.0, 0.2), scale = GENERATE(1.0, 1e6, 1e-6);
     HexMesh mesh = perturbed_cube(4, 0);

@@ -1,6 +1,7 @@
 #include "stages/optimize/device_problem.hpp"
 
 #include "mesh/hex_reference.hpp"
+#include "stages/optimize/regular_blocks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -257,6 +258,41 @@ Status DeviceProblem::download_positions(std::span<Point> positions) {
     return Done{};
 }
 
+namespace {
+
+/// Puts regular dofs first in each colour, then other free ones, then those that slide. Returns the regular
+/// ones' rows.
+std::vector<std::uint32_t> order_colours(DeviceProblem& device, const DofBalls& balls,
+                                         std::span<const std::uint8_t> slides) {
+    std::vector<std::uint32_t> rows;
+    std::vector<std::uint8_t> rank(device.dof_count, 1);
+    for (std::size_t c = 0; c < device.colours.rows(); ++c) {
+        device.regular_first.push_back(static_cast<std::uint32_t>(rows.size() / RegularBlock::kNumbers));
+        device.regular_count.push_back(0);
+        device.free_count.push_back(0);
+        for (std::uint32_t d : device.colours[c]) {
+            if (!slides.empty() && slides[d]) {
+                rank[d] = 2;
+                continue;
+            }
+            ++device.free_count[c];
+            const auto block = find_regular_block(*device.problem, balls, d);
+            if (!block) continue;
+            rank[d] = 0;
+            ++device.regular_count[c];
+            rows.insert(rows.end(), block->vertex.begin(), block->vertex.end());
+            rows.insert(rows.end(), block->cell.begin(), block->cell.end());
+        }
+        const auto first = device.colours.item.begin();
+        std::stable_sort(first + static_cast<std::ptrdiff_t>(device.colours.offset[c]),
+                         first + static_cast<std::ptrdiff_t>(device.colours.offset[c + 1]),
+                         [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
+    }
+    return rows;
+}
+
+} // namespace
+
 Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with, const Problem& of,
                                             const DeviceFrame& in, std::span<const std::uint8_t> slides) {
     DeviceProblem device;
@@ -269,15 +305,7 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     device.dof_count = static_cast<std::uint32_t>(of.dof_count());
     DofBalls balls = compute_dof_balls(of);
     device.colours = std::move(balls.colours);
-    for (std::size_t c = 0; c < device.colours.rows(); ++c) {
-        const auto row = device.colours.item.begin();
-        const auto first = row + static_cast<std::ptrdiff_t>(device.colours.offset[c]);
-        const auto last = row + static_cast<std::ptrdiff_t>(device.colours.offset[c + 1]);
-        const auto middle =
-            slides.empty() ? last
-                           : std::stable_partition(first, last, [&](std::uint32_t d) { return !slides[d]; });
-        device.free_count.push_back(static_cast<std::uint32_t>(middle - first));
-    }
+    const std::vector<std::uint32_t> stencil = order_colours(device, balls, slides);
     const HangingRows rows = moving_rows(of);
     device.hanging_count = static_cast<std::uint32_t>(rows.vertex.size());
     const std::vector<double> weight(of.weight().begin(), of.weight().end());
@@ -301,6 +329,7 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     up.reals(device.pattern, balls.pattern, "patterns");
     up.indices<Index>(device.dof_vertex, of.dof_vertex(), "vertices of dofs");
     up.indices<std::uint32_t>(device.dof_list, device.colours.item, "colours");
+    up.indices<std::uint32_t>(device.stencil, stencil, "regular blocks");
     up.indices<std::uint32_t>(device.neighbour_offset, balls.neighbour_offset, "neighbour offsets");
     up.indices<std::uint32_t>(device.neighbour, balls.neighbour, "neighbours");
     up.reals(device.neighbour_weight, ones, "neighbour weights");

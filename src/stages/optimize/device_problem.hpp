@@ -37,7 +37,8 @@ Result<compute::Buffer> upload_points(compute::Backend& backend, compute::Precis
 
 /// A problem's data on a backend.
 struct DeviceProblem {
-    /// slides: per dof, what is left to DeviceSliders; empty: none.
+    /// slides: per dof, what is left to DeviceSliders; empty: none. Dofs in regular blocks get a kernel of
+    /// their own in sweeps.
     static Result<DeviceProblem> create(compute::Backend& backend, compute::Precision precision,
                                         const Problem& problem, const DeviceFrame& frame,
                                         std::span<const std::uint8_t> slides = {});
@@ -71,9 +72,12 @@ struct DeviceProblem {
     std::uint32_t vertex_count = 0, cell_count = 0, dof_count = 0, hanging_count = 0;
     Csr<std::uint32_t> colours; ///< dofs of each colour: those that move freely, then those that slide
     std::vector<std::uint32_t> free_count; ///< of each colour
+    /// Of each colour: its first row of `stencil`, and how many of the free dofs, those at the front, have
+    /// one.
+    std::vector<std::uint32_t> regular_first, regular_count;
 
     compute::Buffer points, cells, cell_weight, edge_weight, tet_mask, length, inverse_length;
-    compute::Buffer ball_offset, ball_item, pattern, dof_vertex, dof_list;
+    compute::Buffer ball_offset, ball_item, pattern, dof_vertex, dof_list, stencil;
     compute::Buffer neighbour_offset, neighbour, neighbour_weight;
     compute::Buffer hanging_vertex, hanging_offset, hanging_master, hanging_weight;
 };

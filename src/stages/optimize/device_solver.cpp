@@ -1,5 +1,7 @@
 #include "stages/optimize/device_solver.hpp"
 
+#include "stages/optimize/regular_blocks.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -197,16 +199,23 @@ Result<std::vector<CellMeasure>> DeviceSolver::measure_cells() {
     return cells;
 }
 
-Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega) {
+Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega, bool blocks) {
     for (int sweep = 0; sweep < sweeps; ++sweep) {
         for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
-            const std::uint32_t count = device_.free_count[c];
+            const std::uint32_t regular = blocks ? device_.regular_count[c] : 0;
+            recorder_.dispatch(device_.precision,
+                               args::newton_regular{
+                                   device_.points.ref(),
+                                   device_.stencil.ref(4 * RegularBlock::kNumbers * device_.regular_first[c]),
+                                   device_.inverse_length.ref(), device_.cell_weight.ref(),
+                                   static_cast<float>(eps), static_cast<float>(omega), regular});
+            const std::uint32_t count = device_.free_count[c] - regular;
             recorder_.dispatch(
                 device_.precision,
                 args::newton_vertex{device_.points.ref(), device_.cells.ref(), device_.inverse_length.ref(),
                                     device_.cell_weight.ref(), device_.ball_offset.ref(),
                                     device_.ball_item.ref(), device_.pattern.ref(), device_.dof_vertex.ref(),
-                                    device_.dof_list.ref(4 * device_.colours.offset[c]),
+                                    device_.dof_list.ref(4 * (device_.colours.offset[c] + regular)),
                                     static_cast<float>(eps), static_cast<float>(omega), count});
             if (sliders_) sliders_->sweep_newton(recorder_, c, eps, omega, limit_weight({eps, 1, 0, 0}));
             constrain(device_.points);

@@ -27,7 +27,8 @@ class DeviceSolver {
 
     /// `sweeps` passes of one Newton step a dof, colour after colour; over-relaxed by omega where that lowers
     /// a ball's energy.
-    Status sweep_newton(double eps, int sweeps, double omega = 1.6);
+    /// blocks: the kernel for regular blocks does what it can; else the general one does all.
+    Status sweep_newton(double eps, int sweeps, double omega = 1.6, bool blocks = true);
     /// Newton steps with matrix-free conjugate gradients on all dofs at once.
     Result<NewtonResult> minimise(const Objective& objective, const NewtonOptions& options,
                                   const Budget& budget);

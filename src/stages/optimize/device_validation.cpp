@@ -19,7 +19,8 @@ Status exercise(DeviceSolver& solver, Precision precision, const Budget& budget)
             return r.error();
     if (precision == Precision::f64)
         if (auto r = solver.sweep_untangle(0.5); !r) return r.error();
-    if (auto s = solver.sweep_newton(kEps, 1); !s) return s;
+    for (const bool blocks : {true, false})
+        if (auto s = solver.sweep_newton(kEps, 1, 1.6, blocks); !s) return s;
     NewtonOptions options;
     options.max_steps = 1;
     options.cg_max_iterations = 8;
