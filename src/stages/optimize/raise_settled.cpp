@@ -82,8 +82,9 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
         (quick ? kQuickWorkAtLeast : max_min::kWorkAtLeast) +
         (quick ? kQuickWorkPerCell : max_min::kWorkPerCell) * static_cast<double>(mesh.cell_count());
     std::vector<Point> positions = mesh.positions;
+    HostEngine host(budget);
     const MaxMinResult result =
-        raise_worst_cells(movement, positions, kValidEps, options.min_sj, work, budget);
+        raise_worst_cells(movement, host, positions, kValidEps, options.min_sj, work, budget);
     const MeshMeasure reached = measure_mesh(mesh, positions, context.parallel());
     stats.restored_input = !(reached.is_not_worse_than(before) && reached.is_better_than(before));
     if (!stats.restored_input) mesh.positions = std::move(positions);
