@@ -62,7 +62,6 @@ Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const Mes
     attempt.start = mesh.positions;
     OptimizeOptions on_surface = options.optimize;
     on_surface.max_deviation_rel = 0;
-    on_surface.max_min = options.optimize.max_min && options.optimize.effort == Effort::normal;
     begin_stage(context, "optimize", progress::kBufferEnd, progress::kOptimizeEnd);
     auto stats = clock.run(
         "optimize", [&] { return optimize(mesh, attempt.topology, &domain.model, on_surface, context); });
