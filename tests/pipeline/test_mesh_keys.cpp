@@ -30,8 +30,8 @@ ConfigValue other_value(const MeshKey& key, const MeshJob& job) {
     case MeshKey::Kind::yes_no:
         return !std::get<bool>(now);
     case MeshKey::Kind::number:
-        if (key.name == "refine.normal_angle") return 20.0;
-        if (key.name == "optimize.max_deviation") return 0.0625;
+        if (key.name == "refine.normal_angle" || key.name == "surface.cad_angle") return 20.0;
+        if (key.name == "optimize.max_deviation" || key.name == "surface.cad_deflection") return 0.0625;
         if (key.name == "surface.weld" || key.name == "features.reach") return 0.0078125;
         return std::holds_alternative<double>(now) && std::get<double>(now) == 0.5 ? 0.25 : 0.5;
     case MeshKey::Kind::whole:
