@@ -31,8 +31,8 @@ constexpr int kRaiseNarrowings = 2; ///< of the sweeps over single vertices
 constexpr double kPoorEnergy = 1.3;
 constexpr int kPoorRings = 3;
 constexpr int kQuickRounds = 4; ///< of the first pass
-/// Of the second one with a fresh boundary: what is bad after that is so for good.
-constexpr int kFreshRounds = 8;
+/// Of the second one with a fresh boundary: what is bad after that mostly stays so.
+constexpr int kFreshRounds = 30;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
