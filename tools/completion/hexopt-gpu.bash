@@ -13,7 +13,8 @@ _hexopt_gpu() {
       --trim-rule) words="centre strict" ;;
       --buffer-method) words="groups thesis" ;;
       --encoding) words="automatic binary text" ;;
-      --planar | --patch-borders | --buffers | --buffer-collars | --cad-projection | --max-min | --polyhedra) words="yes no" ;;
+      --planar) words="automatic yes no" ;;
+      --patch-borders | --buffers | --buffer-collars | --cad-projection | --max-min | --polyhedra) words="yes no" ;;
       --boundary) words="fixed slide" ;;
       --method) words="robust thesis" ;;
       --precision) words="f32 f64 mixed" ;;

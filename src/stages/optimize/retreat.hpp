@@ -33,9 +33,9 @@ struct RetreatReport {
 /// valid; corners, then curves, then patches come to lie on it exactly as soon as their cells allow, and what
 /// would touch is held back. Neighbourhoods that are too small to become valid grow, to 16 rings.
 /// Never more bad cells and touching quads together than before. The boundary slides on `surface`, which is
-/// bound to the mesh. Cost: in proportion to the neighbourhoods; at most about 500 us a cell of the mesh, and
-/// time_limit_s. Source: barrier and regularised energy of optimize(); the way back and forth is this
-/// project's.
+/// bound to the mesh. Cost: in proportion to the neighbourhoods, 300-700 us a cell of the mesh where they are
+/// most of it; time_limit_s bounds it. Source: barrier and regularised energy of optimize(); the way back and
+/// forth is this project's.
 RetreatReport retreat(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                       const RetreatOptions& options, Context& context);
 
