@@ -271,6 +271,71 @@ TEST_CASE("buffer: pillows end some quads from their ridges, on the surface") {
     check_motion(out, prism, 0.3);
 }
 
+namespace {
+
+/// Corners of faces inside the mesh whose two sides lie in one smooth patch: one of the two cells there is
+/// squeezed between the face and the surface.
+std::size_t count_squeezed_corners(const FittedMesh& fitted) {
+    std::map<std::array<Index, 2>, std::set<Index>> patches;
+    std::set<Quad> on_surface;
+    const auto edge = [](Index a, Index b) { return std::array{std::min(a, b), std::max(a, b)}; };
+    for (const BoundaryQuad& quad : fitted.mesh.boundary) {
+        Quad key = quad.vertices;
+        std::sort(key.begin(), key.end());
+        on_surface.insert(key);
+        for (int s = 0; s < 4; ++s)
+            patches[edge(quad.vertices[s], quad.vertices[(s + 1) % 4])].insert(quad.patch);
+    }
+    std::size_t count = 0;
+    for (const Cell& cell : fitted.mesh.cells)
+        for (const auto& face : hex::kFaceVertex) {
+            const Quad q = {cell[face[0]], cell[face[1]], cell[face[2]], cell[face[3]]};
+            Quad key = q;
+            std::sort(key.begin(), key.end());
+            if (on_surface.count(key) > 0) continue;
+            for (int s = 0; s < 4; ++s) {
+                const auto one = patches.find(edge(q[(s + 3) % 4], q[s]));
+                const auto two = patches.find(edge(q[s], q[(s + 1) % 4]));
+                if (one == patches.end() || two == patches.end()) continue;
+                if (one->second.size() == 1 && one->second == two->second) ++count;
+            }
+        }
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("buffer: no face inside the mesh comes to lie in a smooth patch where pillows end") {
+    constexpr std::uint32_t kHalf = 6;
+    FittedShape prism = make_l_prism(kHalf);
+    FittedMesh& fitted = prism.fitted;
+    // One corner far from the concave ridge becomes a bend of a curve, which needs a collar.
+    const auto vertex_at = [&](Point p) {
+        for (Index v = 0;; ++v)
+            if (glm::distance(fitted.mesh.positions[v], p) < 1e-9) return v;
+    };
+    const Index corner = vertex_at({kHalf, 2 * kHalf, 0}), beside = vertex_at({kHalf, 2 * kHalf - 1, 0}),
+                above = vertex_at({kHalf, 2 * kHalf, 1});
+    const auto ridge_of = [&](Index a, Index b) {
+        return std::find_if(fitted.ridges.begin(), fitted.ridges.end(), [&](const FittedMesh::RidgeEdge& r) {
+            return r.a == std::min(a, b) && r.b == std::max(a, b);
+        });
+    };
+    const Index curve = ridge_of(corner, above)->curve;
+    ridge_of(corner, beside)->curve = curve;
+    fitted.association[corner] = {EntityKind::curve, curve};
+    for (int reach : {3, 4, 5}) {
+        BufferOptions options;
+        options.reach_quads = reach;
+        Context context(1);
+        const auto out = insert_buffers(fitted, prism.domain, options, context);
+        REQUIRE(out);
+        CHECK(check_sound(out->fitted) == check_sound(fitted));
+        CHECK(out->report.collars > 0);
+        CHECK(count_squeezed_corners(out->fitted) == 0);
+    }
+}
+
 TEST_CASE("buffer: at plain vertices only buffer 1 goes") {
     const FittedShape slab = make_box_on_slab(3);
     BufferOptions options;

@@ -132,15 +132,18 @@ class SheetSeries {
             const bool open = q >= excluded_.size() || !excluded_[q];
             if (sheet != kNoIndex && open && state_[sheet] == State::waiting) quads[sheet].push_back(q);
         }
+        std::vector<std::vector<Index>> between(sheets_.size());
+        if (kind_ != SheetKind::group) find_cells_between(quads, between);
         owner_.assign(mesh_.positions.size(), kNoIndex);
         SheetChoice choice;
         choice.all_cells = kind_ == SheetKind::group;
         for (Index s = 0; s < sheets_.size(); ++s) {
-            if (state_[s] != State::waiting || !claim(s, quads[s])) continue;
+            if (state_[s] != State::waiting || !claim(s, quads[s], between[s])) continue;
             state_[s] = State::chosen;
             if (kind_ != SheetKind::collar)
                 choice.quads.insert(choice.quads.end(), quads[s].begin(), quads[s].end());
             for (Index q : quads[s]) choice.cells.push_back(mesh_.surface[q].face.cell);
+            choice.cells.insert(choice.cells.end(), between[s].begin(), between[s].end());
         }
         std::sort(choice.quads.begin(), choice.quads.end());
         std::sort(choice.cells.begin(), choice.cells.end());
@@ -149,9 +152,44 @@ class SheetSeries {
         return choice;
     }
 
+    /// Cells without a quad on the surface that have an edge between two quads of one sheet (where an earlier
+    /// pillow ends): they go with the sheet's cells, as it would leave them behind between two faces that lie
+    /// in the surface.
+    void find_cells_between(const std::vector<std::vector<Index>>& quads,
+                            std::vector<std::vector<Index>>& between) const {
+        struct Owned {
+            EdgeKey edge;
+            Index sheet;
+            auto operator<=>(const Owned&) const = default;
+        };
+        std::vector<Owned> sides;
+        std::vector<std::uint8_t> near(mesh_.positions.size(), 0), has_quad(mesh_.cells.size(), 0);
+        for (const SurfaceQuad& quad : mesh_.surface) has_quad[quad.face.cell] = 1;
+        for (Index s = 0; s < quads.size(); ++s)
+            for (Index q : quads[s]) {
+                const Quad quad = mesh_.vertices_of(mesh_.surface[q].face);
+                for (int k = 0; k < 4; ++k)
+                    sides.push_back({edge_key(quad[k], quad[(k + 1) % 4]), s}), near[quad[k]] = 1;
+            }
+        std::sort(sides.begin(), sides.end());
+        for (Index c = 0; c < mesh_.cells.size(); ++c) {
+            const Cell& cell = mesh_.cells[c];
+            if (has_quad[c] || std::count_if(cell.begin(), cell.end(), [&](Index v) { return near[v]; }) < 2)
+                continue;
+            for (const auto& edge : hex::kEdgeVertex) {
+                const EdgeKey key = edge_key(cell[edge[0]], cell[edge[1]]);
+                const auto at = std::lower_bound(sides.begin(), sides.end(), Owned{key, 0});
+                if (at == sides.end() || at + 1 == sides.end() || at->edge != key || *(at + 1) != *at)
+                    continue;
+                between[at->sheet].push_back(c);
+                break;
+            }
+        }
+    }
+
     /// Marks the vertices that a sheet may double; false if some are another's. Pillows keep their order: one
     /// that has to wait keeps those after it away from its vertices too.
-    bool claim(Index sheet, std::span<const Index> quads) {
+    bool claim(Index sheet, std::span<const Index> quads, std::span<const Index> between) {
         std::vector<Index> vertices;
         for (Index q : quads) {
             const CellFace face = mesh_.surface[q].face;
@@ -160,6 +198,7 @@ class SheetSeries {
             else
                 vertices.insert(vertices.end(), mesh_.cells[face.cell].begin(), mesh_.cells[face.cell].end());
         }
+        for (Index c : between) vertices.insert(vertices.end(), mesh_.cells[c].begin(), mesh_.cells[c].end());
         const bool free = std::all_of(vertices.begin(), vertices.end(),
                                       [&](Index v) { return owner_[v] == kNoIndex || owner_[v] == sheet; });
         if (free || kind_ == SheetKind::pillow)
