@@ -56,16 +56,18 @@ Status insert_layers(MeshAttempt& attempt, const Domain& domain, const MeshOptio
 }
 
 Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const MeshOptions& options,
-                           StageClock& clock, Context& context) {
+                           AttemptCounts& counts, StageClock& clock, Context& context) {
     HexMesh& mesh = attempt.fitted.mesh;
     attempt.topology = clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
     attempt.start = mesh.positions;
     OptimizeOptions on_surface = options.optimize;
     on_surface.max_deviation_rel = 0;
+    on_surface.time_limit_s = counts.optimize_s_left(options);
     begin_stage(context, "optimize", progress::kBufferEnd, progress::kOptimizeEnd);
     auto stats = clock.run(
         "optimize", [&] { return optimize(mesh, attempt.topology, &domain.model, on_surface, context); });
     if (!stats && stats.error().code != ErrorCode::cancelled) return stats.error();
+    counts.optimize_s += clock.times().back().seconds;
     if (stats) attempt.stats = std::move(*stats);
     return Done{};
 }
@@ -103,7 +105,7 @@ Result<MeshAttempt> attempt_mesh(RefineOutput& refined, Domain& domain, const Me
     if (Status sound = require_structure(attempt.fitted.mesh, "mesh", context.parallel()); !sound)
         return sound.error();
     bind_surface(domain, attempt.fitted);
-    if (Status done = optimize_on_surface(attempt, domain, options, clock, context); !done)
+    if (Status done = optimize_on_surface(attempt, domain, options, counts, clock, context); !done)
         return done.error();
     attempt.failed = clock.run("check", [&] {
         return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());

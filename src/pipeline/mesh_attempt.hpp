@@ -30,8 +30,13 @@ struct MeshAttempt {
 /// What attempts on one octree share.
 struct AttemptCounts {
     TrimRounds trims;
-    int fit_rounds = 0;  ///< times that the boundary was fitted
-    int fit_repairs = 0; ///< times that cells at features were refined
+    int fit_rounds = 0;    ///< times that the boundary was fitted
+    int fit_repairs = 0;   ///< times that cells at features were refined
+    double optimize_s = 0; ///< wall clock of the optimizer, which options.optimize.time_limit_s bounds in all
+
+    double optimize_s_left(const MeshOptions& options) const {
+        return options.optimize.time_limit_s - optimize_s;
+    }
 };
 
 /// Trims `refined`, fits its boundary (refining where features could not be captured, as often as

@@ -104,7 +104,8 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
 /// What the attempts came to, where later ones are kept only if fewer cells fail.
 class Attempts {
   public:
-    Attempts(const MeshOptions& options, MeshOutcome& outcome) : options_(options), outcome_(outcome) {}
+    Attempts(const MeshOptions& options, MeshOutcome& outcome, AttemptCounts& counts)
+        : options_(options), outcome_(outcome), counts_(counts) {}
 
     /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times.
     Result<MeshAttempt> run(RefineOutput& refined, Domain& domain, StageClock& clock, Context& context,
@@ -115,7 +116,10 @@ class Attempts {
             auto next = attempt_mesh(refined, domain, options_, counts_, clock, context, leak);
             if (!next && !best) return next;
             if (!next) {
-                if (next.error().code == ErrorCode::cancelled) best->stats.reset();
+                if (next.error().code == ErrorCode::cancelled)
+                    best->stats.reset();
+                else
+                    context.log(LogLevel::warning, "the last repair is left out: " + next.error().one_line());
                 break;
             }
             const std::vector<Index> near = find_cells_to_refine(refined.octree, *next, most_cells);
@@ -125,6 +129,7 @@ class Attempts {
             if (!best || next->failed.size() < best->failed.size()) best = std::move(*next);
             if (cancelled) best->stats.reset();
             if (cancelled || best->failed.empty() || near.empty() || round == options_.repairs) break;
+            if (!(counts_.optimize_s_left(options_) > 0)) break;
             const RefineCount count = refine_cells(refined, near, context);
             outcome_.attempts.back().refined = count.requested;
             if (count.requested == 0) break;
@@ -157,11 +162,11 @@ class Attempts {
 
     const MeshOptions& options_;
     MeshOutcome& outcome_;
-    AttemptCounts counts_;
+    AttemptCounts& counts_;
 };
 
 /// Lets what fails leave the surface, raises the worst cells and moves the attempt to the outcome.
-Status settle(MeshAttempt& attempt, Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
+Status settle(MeshAttempt& attempt, Domain& domain, const OptimizeOptions& options, MeshOutcome& outcome,
               StageClock& clock, Context& context) {
     outcome.trim = attempt.trim;
     outcome.fit = std::move(attempt.fit);
@@ -174,8 +179,8 @@ Status settle(MeshAttempt& attempt, Domain& domain, const MeshOptions& options, 
     if (!outcome.stats) return Done{};
     begin_stage(context, "settle", progress::kOptimizeEnd, progress::kSettleEnd);
     Status done = clock.run("settle", [&] {
-        return settle_mesh(outcome.mesh, attempt.topology, domain.model, attempt.fitted.unfitted,
-                           options.optimize, *outcome.stats, outcome.settle, context);
+        return settle_mesh(outcome.mesh, attempt.topology, domain.model, attempt.fitted.unfitted, options,
+                           *outcome.stats, outcome.settle, context);
     });
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     if (!done) outcome.stats.reset();
@@ -268,9 +273,12 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
     auto refined = clock.run("refine", [&] { return refine_to_count(domain, options, context, leak); });
     if (!refined) return refined.error();
-    auto attempt = Attempts(options, outcome).run(*refined, domain, clock, context, leak);
+    AttemptCounts counts;
+    auto attempt = Attempts(options, outcome, counts).run(*refined, domain, clock, context, leak);
     if (!attempt) return attempt.error();
-    if (Status done = settle(*attempt, domain, options, outcome, clock, context); !done) return done.error();
+    OptimizeOptions settling = options.optimize;
+    settling.time_limit_s = counts.optimize_s_left(options);
+    if (Status done = settle(*attempt, domain, settling, outcome, clock, context); !done) return done.error();
     if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();
     if (Status done = measure(domain, attempt->topology, options, outcome, clock, context); !done)
         return done.error();

@@ -30,8 +30,8 @@ void check_count(const char* name, double wanted) {
     INFO((outcome ? "" : outcome.error().one_line()));
     REQUIRE(outcome);
     const double ratio = static_cast<double>(outcome->mesh.cell_count()) / wanted;
-    CHECK(ratio < 2);
-    CHECK(ratio > 0.6);
+    CHECK(ratio < 1.6);
+    CHECK(ratio > 1 / 1.6);
 }
 
 } // namespace
