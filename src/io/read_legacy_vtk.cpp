@@ -2,6 +2,7 @@
 #include "io/scalar.hpp"
 #include "io/scanner.hpp"
 #include "io/vtk_cells.hpp"
+#include "io/vtk_header.hpp"
 
 #include <cctype>
 #include <fmt/format.h>
@@ -33,12 +34,6 @@ constexpr NamedScalar kScalars[] = {
     {"float", Scalar::float32},
     {"double", Scalar::float64},
 };
-
-std::string lower(std::string_view text) {
-    std::string out(text);
-    for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return out;
-}
 
 /// Names and strings carry white space and other special characters as %xx.
 std::string decode(std::string_view text) {
@@ -114,12 +109,7 @@ class LegacyVtkReader {
 bool LegacyVtkReader::read_header() {
     scanner_.line(); // "# vtk DataFile Version x.y", seen by looks_like_legacy_vtk()
     scanner_.line(); // title
-    const std::string format = lower(scanner_.token());
-    if (format != "ascii" && format != "binary")
-        return scanner_.fail(fmt::format("'{}' stands where ASCII or BINARY should", shown(format)),
-                             "the third line of a VTK file names its format");
-    is_binary_ = format == "binary";
-    if (is_binary_) scanner_.set_binary();
+    if (!read_vtk_format(scanner_, is_binary_)) return false;
     return end_line();
 }
 
@@ -537,6 +527,16 @@ bool looks_like_legacy_vtk(std::string_view bytes) {
 
 Result<MeshFile> read_legacy_vtk(const std::string& file, std::string_view bytes, Context& context) {
     return LegacyVtkReader(file, bytes, context).read();
+}
+
+bool read_vtk_format(Scanner& scanner, bool& is_binary) {
+    const std::string format = lower(scanner.token());
+    if (format != "ascii" && format != "binary")
+        return scanner.fail(fmt::format("'{}' stands where ASCII or BINARY should", shown(format)),
+                            "the third line of a VTK file names its format");
+    is_binary = format == "binary";
+    if (is_binary) scanner.set_binary();
+    return true;
 }
 
 } // namespace hexopt::io_detail

@@ -1,4 +1,5 @@
 #include "io/line_readers.hpp"
+#include "io/vtk_header.hpp"
 #include "io/vtk_xml.hpp"
 
 #include <cctype>
@@ -9,12 +10,6 @@ namespace hexopt::io_detail {
 
 namespace {
 
-std::string lower(std::string_view text) {
-    std::string out(text);
-    for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return out;
-}
-
 /// The lines of a legacy VTK file of poly data; its other cells and arrays are passed over.
 class PolyDataReader {
   public:
@@ -23,12 +18,7 @@ class PolyDataReader {
     bool read() {
         scanner_.line();
         scanner_.line();
-        const std::string format = lower(scanner_.token());
-        if (format != "ascii" && format != "binary")
-            return scanner_.fail(fmt::format("'{}' stands where ASCII or BINARY should", shown(format)),
-                                 "the third line of a VTK file names its format");
-        is_binary_ = format == "binary";
-        if (is_binary_) scanner_.set_binary();
+        if (!read_vtk_format(scanner_, is_binary_)) return false;
         if (lower(scanner_.token()) != "dataset" || lower(scanner_.token()) != "polydata")
             return scanner_.fail("no poly data", "write the feature edges as poly data with lines");
         while (scanner_.ok() && !scanner_.at_end()) {

@@ -1,6 +1,7 @@
 #include "io/scanner.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -37,6 +38,12 @@ std::string shown(std::string_view token) {
     for (char& c : text)
         if (c < ' ' || c > '~') c = '?';
     return text;
+}
+
+std::string lower(std::string_view text) {
+    std::string out(text);
+    for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return out;
 }
 
 std::size_t Scanner::line_at(std::size_t position) const {

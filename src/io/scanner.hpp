@@ -78,4 +78,7 @@ class Scanner {
 /// At most 40 characters of a token, without control characters, for messages.
 std::string shown(std::string_view token);
 
+/// ASCII letters in lower case.
+std::string lower(std::string_view text);
+
 } // namespace hexopt::io_detail

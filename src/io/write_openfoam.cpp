@@ -174,10 +174,11 @@ class PolyMeshWriter {
             out.text(fmt::format("{}\n(\n", count));
             std::set<std::string> taken;
             for (std::size_t p = 0; p < count; ++p)
-                out.text(fmt::format(
-                    "    {}\n    {{\n        type            {};\n        nFaces          {};\n"
-                    "        startFace       {};\n    }}\n",
-                    make_word(faces_.patch_names[p], taken), is_empty(p) ? "empty" : "patch", start[p + 1] - start[p], start[p]));
+                out.text(
+                    fmt::format("    {}\n    {{\n        type            {};\n        nFaces          {};\n"
+                                "        startFace       {};\n    }}\n",
+                                make_word(faces_.patch_names[p], taken), is_empty(p) ? "empty" : "patch",
+                                start[p + 1] - start[p], start[p]));
             out.text(")\n");
         });
     }
@@ -239,7 +240,8 @@ Status write_openfoam(const fs::path& path, const HexMesh& mesh, Encoding encodi
                 return make_error(ErrorCode::output_failed, "write", target.parent_path().string(),
                                   "cannot create this folder: " + error.message());
         }
-        if (Status status = write_folder(target, mesh, encoding != Encoding::text, empty_patches, context); !status)
+        if (Status status = write_folder(target, mesh, encoding != Encoding::text, empty_patches, context);
+            !status)
             return status;
         return path.extension() == ".foam" ? write_atomically(path, "", context) : Status(Done{});
     } catch (const std::bad_alloc&) {

@@ -11,7 +11,8 @@ std::filesystem::path openfoam_folder(const std::filesystem::path& path);
 /// Writes a mesh as OpenFOAM's polyMesh: points, faces, owner, neighbour, boundary, and where the mesh has
 /// levels cellLevel and pointLevel. Hanging vertices become corners of all faces beside them, so that the
 /// mesh is one of conforming polyhedra; cells keep their order, faces come in upper triangular order. Patches
-/// have the type `patch`, or `empty` where `empty_patches` has their name, and the mesh's names, with what OpenFOAM takes for no part of a word replaced by
+/// have the type `patch`, or `empty` where `empty_patches` has their name, and the mesh's names, with what
+/// OpenFOAM takes for no part of a word replaced by
 /// "_". Binary files have 32-bit labels and 64-bit scalars. The folder appears whole or not at all
 /// (AtomicFolder). Errors: output_failed, bad_input (compute_polyhedral_faces), cancelled, out_of_memory.
 Status write_openfoam(const std::filesystem::path& path, const HexMesh& mesh, Encoding encoding,

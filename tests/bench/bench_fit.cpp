@@ -2,6 +2,7 @@
 /// Prints, for every round of repairs, what of the features is captured and why the rest is not, folded
 /// boundary quads, cells that start concave (buffer: after the buffer layers), and processor times of one
 /// thread; writes the mesh as the optimizer would get it.
+#include "bench/bench_support.hpp"
 #include "domain/orient_surface.hpp"
 #include "domain/weld_surface.hpp"
 #include "io/mesh_io.hpp"
@@ -20,19 +21,9 @@
 #include <glm/geometric.hpp>
 
 using namespace hexopt;
+using namespace hexopt::bench;
 
 namespace {
-
-double seconds_since(std::clock_t start) {
-    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-template <class T>
-T must(Result<T> result) {
-    if (result) return std::move(result).value();
-    std::fprintf(stderr, "%s\n", result.error().one_line().c_str());
-    std::exit(3);
-}
 
 double curve_length(const Domain& domain, Index c) {
     const auto points = domain.model.curve_points(c);

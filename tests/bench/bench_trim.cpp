@@ -1,6 +1,7 @@
 /// Refines and trims a surface: bench_trim SURFACE [target cells [out.vtu [strict|remove|plain]...]]
 /// Prints counts and processor times of one thread, writes the last trimmed mesh. plain: without orienting
 /// the surface first.
+#include "bench/bench_support.hpp"
 #include "domain/orient_surface.hpp"
 #include "io/mesh_io.hpp"
 #include "io/read_surface.hpp"
@@ -13,20 +14,9 @@
 #include <ctime>
 
 using namespace hexopt;
+using namespace hexopt::bench;
 
 namespace {
-
-/// Of the process, which runs one thread: others on the machine do not count.
-double seconds_since(std::clock_t start) {
-    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-template <class T>
-T must(Result<T> result) {
-    if (result) return std::move(result).value();
-    std::fprintf(stderr, "%s\n", result.error().one_line().c_str());
-    std::exit(3);
-}
 
 void print(const OrientedSurface& surface, double seconds) {
     const OrientationReport& r = surface.report;

@@ -336,35 +336,6 @@ TEST_CASE("buffer: no face inside the mesh comes to lie in a smooth patch where 
     }
 }
 
-TEST_CASE("buffer: at plain vertices only buffer 1 goes") {
-    const FittedShape slab = make_box_on_slab(3);
-    BufferOptions options;
-    options.pillow_deg = 361;
-    options.collars = false;
-    Context context(1);
-    const auto bare = insert_buffers(slab.fitted, slab.domain, options, context);
-    REQUIRE(bare);
-    options = {};
-    options.plain_vertices.resize(slab.fitted.mesh.vertex_count());
-    std::iota(options.plain_vertices.begin(), options.plain_vertices.end(), Index{0});
-    const auto plain = insert_buffers(slab.fitted, slab.domain, options, context);
-    REQUIRE(plain);
-    CHECK(plain->fitted.mesh.cells == bare->fitted.mesh.cells);
-    CHECK(plain->report.pillows + plain->report.collars == 0);
-
-    Random random(7);
-    for (int round = 0; round < 10; ++round) {
-        options.plain_vertices.clear();
-        for (Index v = 0; v < slab.fitted.mesh.vertex_count(); ++v)
-            if (random.below(8) == 0) options.plain_vertices.push_back(v);
-        const auto some = insert_buffers(slab.fitted, slab.domain, options, context);
-        REQUIRE(some);
-        CHECK(check_sound(some->fitted) == check_sound(slab.fitted));
-    }
-    std::reverse(options.plain_vertices.begin(), options.plain_vertices.end());
-    CHECK(insert_buffers(slab.fitted, slab.domain, options, context).error().code == ErrorCode::usage);
-}
-
 TEST_CASE("buffer: the same mesh for any number of threads") {
     const FittedShape slab = make_box_on_slab(3);
     const BufferOutput first = insert(slab, {}, 1);

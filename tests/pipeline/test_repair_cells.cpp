@@ -1,4 +1,5 @@
 #include "pipeline/repair_cells.hpp"
+#include "samples/grid.hpp"
 
 #include <catch2/catch.hpp>
 #include <numeric>
@@ -8,20 +9,7 @@ using namespace hexopt;
 namespace {
 
 /// n*n*n unit cells, x fastest.
-HexMesh grid(Index n) {
-    HexMesh mesh;
-    for (Index k = 0; k <= n; ++k)
-        for (Index j = 0; j <= n; ++j)
-            for (Index i = 0; i <= n; ++i) mesh.positions.emplace_back(i, j, k);
-    const auto at = [n](Index i, Index j, Index k) { return i + (n + 1) * (j + (n + 1) * k); };
-    for (Index k = 0; k < n; ++k)
-        for (Index j = 0; j < n; ++j)
-            for (Index i = 0; i < n; ++i)
-                mesh.cells.push_back({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
-                                      at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
-                                      at(i, j + 1, k + 1)});
-    return mesh;
-}
+HexMesh grid(Index n) { return *make_grid({.cells = {n, n, n}, .high = Point(n)}, Parallel(1)); }
 
 HexMesh shifted(HexMesh mesh, double scale, Point by) {
     for (Point& p : mesh.positions) p = scale * p + by;

@@ -35,8 +35,6 @@ Status check_options(const BufferOptions& options) {
         return make_error(ErrorCode::usage, kStage, "", "an angle is out of range");
     if (options.relax_sweeps < 0 || options.band_quads < 1 || options.reach_quads < 1)
         return make_error(ErrorCode::usage, kStage, "", "sweeps must be 0 or more and bands a quad wide");
-    if (!std::is_sorted(options.plain_vertices.begin(), options.plain_vertices.end()))
-        return make_error(ErrorCode::usage, kStage, "", "plain vertices are not in rising order");
     return Done{};
 }
 
@@ -239,7 +237,6 @@ class BufferRun {
 
     void run() {
         report_.before = count_for_buffers(mesh_, domain_);
-        flag_plain();
         insert_groups();
         context_.report(kStage, 0.4);
         cut_regions();
@@ -256,16 +253,6 @@ class BufferRun {
     BufferReport& report() { return report_; }
 
   private:
-    void flag_plain() {
-        const std::vector<Index>& plain = options_.plain_vertices;
-        for (SurfaceQuad& quad : mesh_.surface) {
-            const Quad q = mesh_.vertices_of(quad.face);
-            quad.is_plain = std::any_of(q.begin(), q.end(), [&](Index v) {
-                return std::binary_search(plain.begin(), plain.end(), v);
-            });
-        }
-    }
-
     /// Patches of each region, rising.
     std::vector<std::vector<Index>> find_patches() const {
         std::vector<std::vector<Index>> patches(regions_.count);
@@ -395,8 +382,7 @@ class BufferRun {
         append(find_sharp_corner_quads(mesh_, domain_, options_.corner_deg, options_.join_deg));
         if (!everywhere) narrow(needed);
         std::vector<std::uint8_t> wanted(regions_.count, everywhere ? 1 : 0);
-        for (Index q : needed)
-            if (!mesh_.surface[q].is_plain) wanted[mesh_.surface[q].region] = 1;
+        for (Index q : needed) wanted[mesh_.surface[q].region] = 1;
         std::vector<RegionSheet> sheets;
         for (Index region = 0; region < regions_.count; ++region)
             if (wanted[region]) sheets.push_back({{region}});

@@ -25,8 +25,6 @@ struct BufferOptions {
         40;              ///< 0..180: a patch whose boundary turns by less at a joined ridge gets a collar too
     int band_quads = 4;  ///< >= 1: width of what counts as the side of a ridge that ends inside a patch
     int reach_quads = 6; ///< >= 1: how far buffers 1b and 2 reach from the ridges and quads that they are for
-    /// Vertices of the input, rising: quads that have one get buffer 1 only. Where cells stay bad with more.
-    std::vector<Index> plain_vertices;
     int relax_sweeps = 10; ///< >= 0: Laplacian steps that spread the layers at the end
 };
 

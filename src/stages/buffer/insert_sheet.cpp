@@ -257,8 +257,7 @@ class SheetInsertion {
             if (plan_.quads[q].surface != kNoIndex)
                 mesh_.surface[plan_.quads[q].surface].face = {first + q, kOuterFace};
         for (const StripQuad& strip : plan_.strips)
-            mesh_.surface.push_back(
-                {{first + strip.quad, kSideFace[strip.side]}, strip.patch, strip.region, strip.is_plain});
+            mesh_.surface.push_back({{first + strip.quad, kSideFace[strip.side]}, strip.patch, strip.region});
     }
 
     void add_ridges() {

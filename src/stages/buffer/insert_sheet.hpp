@@ -42,7 +42,6 @@ struct StripQuad {
     Index quad;
     std::uint32_t side;
     Index patch, region; ///< of the surface that A keeps beside it
-    bool is_plain;       ///< as that surface
 };
 
 struct SheetVertex {

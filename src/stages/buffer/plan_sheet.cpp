@@ -287,7 +287,7 @@ class SurfaceCut {
             return;
         }
         const SurfaceQuad& quad = mesh_.surface[beside];
-        plan_.strips.push_back({use.quad, use.side, quad.patch, quad.region, quad.is_plain});
+        plan_.strips.push_back({use.quad, use.side, quad.patch, quad.region});
         for (Index v : {low_of(use.edge), high_of(use.edge)}) {
             Ends& at = ends[place_[v]];
             if (at.count < 2) at.patch[at.count] = quad.patch;

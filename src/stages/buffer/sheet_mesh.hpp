@@ -54,7 +54,6 @@ struct SurfaceQuad {
     CellFace face;
     Index patch;             ///< of the Domain; kNoIndex: none
     Index region = kNoIndex; ///< set of quads that ridges enclose; see surface_regions.hpp
-    bool is_plain = false;   ///< only buffer 1 goes here
 };
 
 /// A FittedMesh in the form in which sheets are inserted.

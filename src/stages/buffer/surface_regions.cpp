@@ -412,7 +412,7 @@ void narrow_regions(SheetMesh& mesh, SurfaceRegions& regions, std::span<const In
     for (Index q : seeds) inside[q] = 1;
     for (int ring = 0; ring < rings; ++ring) grow_in_regions(mesh, inside);
     for (Index q = 0; q < mesh.surface.size(); ++q)
-        if (!inside[q] || mesh.surface[q].is_plain) mesh.surface[q].region += regions.count;
+        if (!inside[q]) mesh.surface[q].region += regions.count;
     regions.count *= 2;
     mend_pinched(mesh);
     regions.borders = find_borders(mesh);

@@ -32,7 +32,7 @@ void cut_at_loose_ridges(SheetMesh& mesh, SurfaceRegions& regions, int rings);
 /// Quads with a side on a ridge whose largest angle reaches `angle_deg`; some twice.
 std::vector<Index> find_quads_at_ridges(const SheetMesh& mesh, const Domain& domain, double angle_deg);
 
-/// Leaves of each region what is at most `rings` quads from its seeds and not plain; the rest gets another
+/// Leaves of each region what is at most `rings` quads from its seeds; the rest gets another
 /// number (that of its region + the count of regions before), until widen_regions() takes it back.
 void narrow_regions(SheetMesh& mesh, SurfaceRegions& regions, std::span<const Index> seeds, int rings);
 void widen_regions(SheetMesh& mesh, SurfaceRegions& regions);

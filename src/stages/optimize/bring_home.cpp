@@ -1,6 +1,5 @@
 #include "stages/optimize/bring_home.hpp"
 
-#include "core/union_find.hpp"
 #include "stages/optimize/max_min.hpp"
 #include "stages/optimize/untangle.hpp"
 
@@ -19,15 +18,7 @@ class BringHome {
     BringHome(const AwayMesh& away, std::span<const std::uint8_t> moving, std::vector<Point>& positions,
               std::vector<Hold>& hold, Budget& budget)
         : away_(away), positions_(positions), hold_(hold), budget_(budget), saved_(positions),
-          saved_hold_(hold), problem_(*away.mesh, *away.topology, moving), parts_(problem_.dof_count()) {
-        for (std::size_t c = 0; c < problem_.cell_count(); ++c) {
-            Index first = kNoIndex;
-            for (Index v : problem_.cell(c))
-                for (DofShare share : problem_.shares(v)) {
-                    if (first == kNoIndex) first = share.dof;
-                    parts_.join(first, share.dof);
-                }
-        }
+          saved_hold_(hold), problem_(*away.mesh, *away.topology, moving), parts_(find_dof_parts(problem_)) {
         std::vector<std::uint8_t> moves(away.mesh->vertex_count(), 0);
         for (Index v = 0; v < moves.size(); ++v) moves[v] = !problem_.shares(v).empty();
         quads_ = away.contacts->quads_with(moves);

@@ -178,4 +178,17 @@ void Problem::update_lengths(std::span<const Point> positions, const Parallel& p
     });
 }
 
+UnionFind find_dof_parts(const Problem& problem) {
+    UnionFind parts(problem.dof_count());
+    for (std::size_t c = 0; c < problem.cell_count(); ++c) {
+        Index first = kNoIndex;
+        for (Index v : problem.cell(c))
+            for (DofShare share : problem.shares(v)) {
+                if (first == kNoIndex) first = share.dof;
+                parts.join(first, share.dof);
+            }
+    }
+    return parts;
+}
+
 } // namespace hexopt

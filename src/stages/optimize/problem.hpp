@@ -2,6 +2,7 @@
 
 #include "core/context.hpp"
 #include "core/csr.hpp"
+#include "core/union_find.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
 #include "stages/optimize/chunk_schedule.hpp"
@@ -95,5 +96,8 @@ class Problem {
     std::vector<std::uint32_t> tet_mask_;
     ChunkSchedule schedule_;
 };
+
+/// Sets of dofs that cells connect, directly or through others.
+UnionFind find_dof_parts(const Problem& problem);
 
 } // namespace hexopt

@@ -1,6 +1,5 @@
 #include "stages/optimize/retreat.hpp"
 
-#include "core/union_find.hpp"
 #include "mesh/hanging.hpp"
 #include "stages/optimize/bring_home.hpp"
 #include "stages/optimize/cell_search.hpp"
@@ -177,15 +176,7 @@ class Retreat {
     /// Connected parts in which a vertex ends farther off than allowed go back to the input.
     void give_up_beyond_bound(const Problem& problem) {
         const auto bound = surface_.associations();
-        UnionFind parts(problem.dof_count());
-        for (std::size_t c = 0; c < problem.cell_count(); ++c) {
-            Index first = kNoIndex;
-            for (Index v : problem.cell(c))
-                for (DofShare share : problem.shares(v)) {
-                    if (first == kNoIndex) first = share.dof;
-                    parts.join(first, share.dof);
-                }
-        }
+        UnionFind parts = find_dof_parts(problem);
         std::vector<std::uint8_t> given_up(problem.dof_count(), 0);
         for (Index d = 0; d < problem.dof_count(); ++d) {
             const Index v = problem.dof_vertex()[d];
