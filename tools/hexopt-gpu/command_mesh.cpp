@@ -93,7 +93,7 @@ void add_mesh(CLI::App& app, Session& session) {
         ->add_option(
             "SURFACE", options->surfaces,
             "STL, OBJ, OFF, PLY, VTP or CAD; of several files each is a patch named after it. Or one domain "
-            "file (.hxd)")
+            "file (.hxd), or outlines (.dat) that are meshed in the plane")
         ->type_name("FILE...");
     command
         ->add_option("-o,--output", options->job.output,
