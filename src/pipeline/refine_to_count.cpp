@@ -89,7 +89,9 @@ class CountSearch {
         auto fitted = fit_boundary(std::move(kept_), domain_, options_.fit, context_);
         if (!fitted) return fitted.error();
         if (!fitted->refine_cells.empty() && options_.fit_repairs > 0) aim_ = kAimBeforeRepairs;
-        const auto buffered = insert_buffers(std::move(fitted->fitted), domain_, options_.buffer, context_);
+        BufferOptions unrelaxed = options_.buffer;
+        unrelaxed.relax_sweeps = 0; // moves vertices only
+        const auto buffered = insert_buffers(std::move(fitted->fitted), domain_, unrelaxed, context_);
         if (!buffered) return buffered.error();
         const double all = static_cast<double>(buffered->fitted.mesh.cell_count());
         layers_ = count->quads > 0 ? (all - count->kept) / count->quads : layers_;

@@ -19,6 +19,16 @@ constexpr double kDeterminantError = 8 * 0x1p-53;
 // Products of three edges neither overflow nor lose digits to underflow between these lengths.
 constexpr double kSmallestPlainEdge = 0x1p-250, kLargestPlainCoordinate = 0x1p+250;
 
+/// True for cells whose coordinates are finite and that normalise() leaves as they are: all but extreme ones.
+bool is_plain(const HexPoints& points) {
+    Point squares(0);
+    for (const Point& p : points) squares += p * p;
+    const Point diagonal = points[6] - points[0];
+    return squares.x + squares.y + squares.z < kLargestPlainCoordinate * kLargestPlainCoordinate &&
+           diagonal.x * diagonal.x + diagonal.y * diagonal.y + diagonal.z * diagonal.z >
+               4 * kSmallestPlainEdge * kSmallestPlainEdge;
+}
+
 bool all_finite(const HexPoints& points) {
     double sum = 0;
     for (const Point& p : points) sum += p.x * 0 + p.y * 0 + p.z * 0;
@@ -34,6 +44,7 @@ double largest_coordinate(const HexPoints& points) {
 /// Brings a cell of extreme size to plain numbers by a power of two, which is returned: points = result *
 /// 2^exponent. Does nothing (0) to the usual cell.
 int normalise(HexPoints& points) {
+    if (is_plain(points)) return 0;
     double largest = largest_coordinate(points);
     const auto extent_of = [&] {
         double extent = 0;
@@ -158,7 +169,7 @@ std::array<double, 12> edge_lengths(const HexPoints& points) {
 }
 
 double scaled_jacobian(const HexPoints& points) {
-    if (!all_finite(points)) return -1;
+    if (!is_plain(points) && !all_finite(points)) return -1;
     HexPoints plain = points;
     normalise(plain);
     const Edges edge = hex::edge_vectors<double>(plain);
@@ -175,7 +186,7 @@ double scaled_jacobian(const HexPoints& points) {
 }
 
 CellValidity compute_cell_validity(const HexPoints& points) {
-    if (!all_finite(points)) return {};
+    if (!is_plain(points) && !all_finite(points)) return {};
     HexPoints plain = points;
     normalise(plain);
     const Edges edge = hex::edge_vectors<double>(plain);
@@ -185,7 +196,7 @@ CellValidity compute_cell_validity(const HexPoints& points) {
 
 CellQuality compute_cell_quality(const HexPoints& points, CellDetails* details) {
     CellQuality quality;
-    if (!all_finite(points)) {
+    if (!is_plain(points) && !all_finite(points)) {
         if (details) *details = {};
         return quality;
     }

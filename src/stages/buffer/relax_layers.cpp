@@ -8,9 +8,10 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kStep = 0.7;    ///< of the way to the neighbours' mean
-constexpr double kEnough = 0.3;  ///< scaled Jacobian down to which cells may get worse
-constexpr int kMostColours = 64; ///< a vertex that finds none free stays
+constexpr double kStep = 0.7;          ///< of the way to the neighbours' mean
+constexpr double kEnough = 0.3;        ///< scaled Jacobian down to which cells may get worse
+constexpr int kMostColours = 64;       ///< a vertex that finds none free stays
+constexpr std::size_t kMostCells = 32; ///< at a vertex whose measures are kept while it is tried
 
 class LayerRelaxation {
   public:
@@ -24,8 +25,21 @@ class LayerRelaxation {
         find_neighbours();
         find_cells();
         find_colours();
+        find_hanging_cells();
+        jacobian_.resize(mesh.cells.size());
+        hint_.assign(vertices_.size(), kNoIndex);
     }
 
+    void run(int sweeps, const Parallel& parallel) {
+        parallel.for_each(mesh_.cells.size(), 1024, [&](std::size_t c) {
+            const Cell& cell = mesh_.cells[c];
+            if (std::any_of(cell.begin(), cell.end(), [&](Index v) { return place_[v] != kNoIndex; }))
+                jacobian_[c] = jacobian_of(static_cast<Index>(c));
+        });
+        for (int k = 0; k < sweeps; ++k) sweep(parallel);
+    }
+
+  private:
     /// Colour by colour: vertices of one share no cell.
     void sweep(const Parallel& parallel) {
         for (const std::vector<Index>& colour : colours_)
@@ -38,9 +52,11 @@ class LayerRelaxation {
             mesh_.positions[c.vertex] =
                 0.25 * (x[c.corners[0]] + x[c.corners[1]] + x[c.corners[2]] + x[c.corners[3]]);
         }
+        parallel.for_each(hanging_cells_.size(), 256, [&](std::size_t k) {
+            jacobian_[hanging_cells_[k]] = jacobian_of(hanging_cells_[k]);
+        });
     }
 
-  private:
     void grow() {
         std::vector<std::uint8_t> wider = moves_;
         for (const Cell& cell : mesh_.cells)
@@ -118,14 +134,23 @@ class LayerRelaxation {
         }
     }
 
-    double worst_at(Index i) const {
-        double worst = 1;
-        for (Index c : cells_[i]) {
-            HexPoints points;
-            for (int k = 0; k < 8; ++k) points[k] = mesh_.positions[mesh_.cells[c][k]];
-            worst = std::min(worst, scaled_jacobian(points));
+    /// Cells whose hanging vertices follow others.
+    void find_hanging_cells() {
+        std::vector<std::uint8_t> hangs(mesh_.positions.size(), 0);
+        for (const SplitTables::Middle& m : mesh_.splits.middles) hangs[m.vertex] = 1;
+        for (const SplitTables::Centre& c : mesh_.splits.centres) hangs[c.vertex] = 1;
+        for (Index c = 0; c < mesh_.cells.size(); ++c) {
+            const Cell& cell = mesh_.cells[c];
+            if (std::any_of(cell.begin(), cell.end(), [&](Index v) { return hangs[v] != 0; }) &&
+                std::any_of(cell.begin(), cell.end(), [&](Index v) { return place_[v] != kNoIndex; }))
+                hanging_cells_.push_back(c);
         }
-        return worst;
+    }
+
+    double jacobian_of(Index c) const {
+        HexPoints points;
+        for (int k = 0; k < 8; ++k) points[k] = mesh_.positions[mesh_.cells[c][k]];
+        return scaled_jacobian(points);
     }
 
     /// Moves a vertex unless that makes a cell worse that is not good enough.
@@ -137,9 +162,24 @@ class LayerRelaxation {
         Point mean(0);
         for (Index v : around) mean += mesh_.positions[v];
         mean /= static_cast<double>(around.size());
-        const double before = std::min(worst_at(i), kEnough);
-        x = model_.project(mesh_.association[vertices_[i]], old + kStep * (mean - old)).point;
-        if (worst_at(i) < before) x = old;
+        double before = kEnough;
+        for (Index c : cells_[i]) before = std::min(before, jacobian_[c]);
+        const Projection on =
+            model_.project(mesh_.association[vertices_[i]], old + kStep * (mean - old), hint_[i]);
+        hint_[i] = on.element;
+        x = on.point;
+        std::array<double, kMostCells> after;
+        const std::span<const Index> cells = cells_[i];
+        for (std::size_t k = 0; k < cells.size(); ++k) {
+            const double jacobian = jacobian_of(cells[k]);
+            if (jacobian < before) {
+                x = old;
+                return;
+            }
+            if (k < kMostCells) after[k] = jacobian;
+        }
+        for (std::size_t k = 0; k < cells.size(); ++k)
+            jacobian_[cells[k]] = k < kMostCells ? after[k] : jacobian_of(cells[k]);
     }
 
     SheetMesh& mesh_;
@@ -149,6 +189,9 @@ class LayerRelaxation {
     Csr<Index> neighbour_;                    ///< of these
     Csr<Index> cells_;                        ///< at these
     std::vector<Index> place_;                ///< per vertex of the mesh: in vertices_
+    std::vector<Index> hanging_cells_;        ///< with hanging vertices, at these
+    std::vector<double> jacobian_;            ///< per cell of the mesh at these: its scaled Jacobian
+    std::vector<Index> hint_;                 ///< per vertex that moves: what it was projected on last
     std::vector<std::vector<Index>> colours_; ///< places of vertices that share no cell
 };
 
@@ -156,9 +199,8 @@ class LayerRelaxation {
 
 void relax_layers(SheetMesh& mesh, std::size_t first_new, int sweeps, int rings, const BoundaryModel& model,
                   const Parallel& parallel) {
-    if (first_new == mesh.positions.size()) return;
-    LayerRelaxation relaxation(mesh, first_new, rings, model);
-    for (int k = 0; k < sweeps; ++k) relaxation.sweep(parallel);
+    if (first_new == mesh.positions.size() || sweeps == 0) return;
+    LayerRelaxation(mesh, first_new, rings, model).run(sweeps, parallel);
 }
 
 } // namespace hexopt
