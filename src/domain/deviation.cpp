@@ -12,16 +12,24 @@ namespace hexopt {
 namespace {
 
 constexpr std::size_t kChunk = 256;
-constexpr int kMaxRounds = 40;
+constexpr int kMaxRounds = 60;
+constexpr std::size_t kBatch = 1 << 15; ///< pieces refined together, which bounds the memory
 
-/// Part of a segment (N = 2) or triangle (N = 3) whose distance is to be bounded.
+/// Part of a segment (N = 2) or triangle (N = 3) whose distance is to be bounded: convex, with two ends or at
+/// most kMostCorners corners in order.
+constexpr std::size_t kMostCorners = 8;
+constexpr std::size_t kMostToCut = 5; ///< corners of a piece that may be cut three times, one more each time
 template <std::size_t N>
 struct Piece {
-    std::array<Point, N> corner;
+    static constexpr std::size_t kCapacity = N == 2 ? 2 : kMostCorners;
+    std::array<Point, kCapacity> corner;
+    Index count;     ///< of corners
     Index element;   ///< of the source
     Index hint;      ///< of the target
     double distance; ///< of the centre
     double upper;    ///< bound of the distance over the piece
+
+    std::span<const Point> corners() const { return {corner.data(), count}; }
 };
 
 double distance_to(const BoundaryModel& target, Index element, const Point& p, const Piece<3>&) {
@@ -40,35 +48,44 @@ Projection project_any(const BoundaryModel& target, const Point& p, const Piece<
 }
 
 template <std::size_t N>
-Point centre_of(const std::array<Point, N>& x) {
+Point centre_of(const Piece<N>& piece) {
     Point sum(0);
-    for (const Point& p : x) sum += p;
-    return sum / double(N);
+    for (const Point& p : piece.corners()) sum += p;
+    return sum / static_cast<double>(piece.count);
 }
 
-double measure_of(const std::array<Point, 2>& x) { return glm::length(x[1] - x[0]); }
-double measure_of(const std::array<Point, 3>& x) {
+double measure_of(const Piece<2>& piece) { return glm::length(piece.corner[1] - piece.corner[0]); }
+double measure_of(const Piece<3>& piece) {
+    const auto& x = piece.corner;
     return 0.5 * glm::length(glm::cross(x[1] - x[0], x[2] - x[0]));
 }
 
-/// One query at the centre. Two bounds: the distance grows by at most the way from the centre, and the
-/// distance to the one element closest to the centre, which is convex, is largest at a corner.
+/// Bounds a piece by one element alone: the distance to it is convex, so that it is largest at a corner.
+template <std::size_t N>
+void bound_by(const BoundaryModel& target, Index element, Piece<N>& piece) {
+    double at_corners = 0;
+    for (const Point& x : piece.corners())
+        at_corners = std::max(at_corners, distance_to(target, element, x, piece));
+    piece.upper = std::min(piece.upper, at_corners);
+}
+
+/// One query at the centre. Two bounds: the distance grows by at most the way from the centre, and that of
+/// the closest element.
 template <std::size_t N>
 void evaluate(const BoundaryModel& target, Piece<N>& piece) {
-    const Point centre = centre_of(piece.corner);
+    const Point centre = centre_of(piece);
     const Projection closest = project_any(target, centre, piece);
     piece.distance = closest.distance;
     piece.hint = closest.element;
-    double reach = 0, at_corners = 0;
-    for (const Point& x : piece.corner) {
-        reach = std::max(reach, glm::length(x - centre));
-        at_corners = std::max(at_corners, distance_to(target, closest.element, x, piece));
-    }
-    piece.upper = std::min({piece.upper, closest.distance + reach, at_corners});
+    double reach = 0;
+    for (const Point& x : piece.corners()) reach = std::max(reach, glm::length(x - centre));
+    piece.upper = std::min(piece.upper, closest.distance + reach);
+    bound_by(target, closest.element, piece);
     piece.distance = std::min(piece.distance, piece.upper); // rounding alone may have it the other way
 }
 
-/// Sides of the pieces of the target: planes across which the closest element changes, with outward normals.
+/// Plane that cuts a piece, e.g. along a side of an element of the target, across which the closest element
+/// changes; with outward normal.
 struct Cut {
     Point origin, normal;
 };
@@ -85,46 +102,71 @@ std::array<Cut, 3> sides_of(const std::array<Point, 3>& x) {
 
 /// Signed heights of the corners over a cut.
 template <std::size_t N>
-std::array<double, N> heights(const std::array<Point, N>& corner, const Cut& cut) {
-    std::array<double, N> h;
-    for (std::size_t k = 0; k < N; ++k) h[k] = glm::dot(corner[k] - cut.origin, cut.normal);
+using Heights = std::array<double, Piece<N>::kCapacity>;
+
+template <std::size_t N>
+Heights<N> heights_over(const Piece<N>& piece, const Cut& cut) {
+    Heights<N> h{};
+    for (std::size_t k = 0; k < piece.count; ++k) h[k] = glm::dot(piece.corner[k] - cut.origin, cut.normal);
     return h;
 }
 
+Point point_at(const Point& a, const Point& b, double height_a, double height_b) {
+    return a + height_a / (height_a - height_b) * (b - a);
+}
+
+/// The part of a piece on the far side of a plane that passes through it; the piece is left with the other.
+Piece<2> cut_off(Piece<2>& piece, const Heights<2>& h) {
+    Piece<2> rest = piece;
+    const Point at = point_at(piece.corner[0], piece.corner[1], h[0], h[1]);
+    (h[0] > 0 ? piece : rest).corner[0] = at;
+    (h[0] > 0 ? rest : piece).corner[1] = at;
+    return rest;
+}
+/// Corners on the plane go to both parts.
+Piece<3> cut_off(Piece<3>& piece, const Heights<3>& h) {
+    Piece<3> rest = piece, kept = piece;
+    rest.count = kept.count = 0;
+    for (Index k = 0; k < piece.count; ++k) {
+        const Index next = k + 1 < piece.count ? k + 1 : 0;
+        if (h[k] >= 0) rest.corner[rest.count++] = piece.corner[k];
+        if (h[k] <= 0) kept.corner[kept.count++] = piece.corner[k];
+        if (!(h[k] * h[next] < 0)) continue;
+        const Point at = point_at(piece.corner[k], piece.corner[next], h[k], h[next]);
+        rest.corner[rest.count++] = kept.corner[kept.count++] = at;
+    }
+    piece = kept;
+    return rest;
+}
+
+/// Across the middle of the longest way between corners.
 template <std::size_t N>
-void add_part(const Piece<N>& piece, const std::array<Point, N>& corner, std::vector<Piece<N>>& parts) {
+void halve(Piece<N> piece, std::vector<Piece<N>>& parts) {
+    Cut cut{};
+    double longest2 = -1;
+    for (Index i = 0; i < piece.count; ++i)
+        for (Index j = i + 1; j < piece.count; ++j) {
+            const Point way = piece.corner[j] - piece.corner[i];
+            if (const double length2 = glm::dot(way, way); length2 > longest2)
+                longest2 = length2, cut = {0.5 * (piece.corner[i] + piece.corner[j]), way};
+        }
+    parts.push_back(cut_off(piece, heights_over(piece, cut)));
     parts.push_back(piece);
-    parts.back().corner = corner;
 }
 
-void split_at(const Piece<2>& piece, const std::array<double, 2>& h, std::vector<Piece<2>>& parts) {
-    const auto& x = piece.corner;
-    const Point at = x[0] + h[0] / (h[0] - h[1]) * (x[1] - x[0]);
-    add_part(piece, {x[0], at}, parts);
-    add_part(piece, {at, x[1]}, parts);
-}
-/// One corner is cut off where it is alone on its side; a corner on the plane counts to the larger side.
-void split_at(const Piece<3>& piece, const std::array<double, 3>& h, std::vector<Piece<3>>& parts) {
-    int alone = 0;
-    for (int k = 0; k < 3; ++k)
-        if (h[k] * h[(k + 1) % 3] <= 0 && h[k] * h[(k + 2) % 3] <= 0 && h[k] != 0) alone = k;
-    const int next = (alone + 1) % 3, last = (alone + 2) % 3;
-    const auto& x = piece.corner;
-    const Point a = x[alone] + h[alone] / (h[alone] - h[next]) * (x[next] - x[alone]);
-    const Point b = x[alone] + h[alone] / (h[alone] - h[last]) * (x[last] - x[alone]);
-    add_part(piece, {x[alone], a, b}, parts);
-    if (h[next] != 0) add_part(piece, {a, x[next], x[last]}, parts);
-    if (h[last] != 0) add_part(piece, {a, x[last], b}, parts);
-}
-
-void split_evenly(const Piece<2>& piece, std::vector<Piece<2>>& parts) { split_at(piece, {-1, 1}, parts); }
-void split_evenly(const Piece<3>& piece, std::vector<Piece<3>>& parts) {
-    const auto& x = piece.corner;
-    const std::array<Point, 3> middle = {0.5 * (x[1] + x[2]), 0.5 * (x[2] + x[0]), 0.5 * (x[0] + x[1])};
-    add_part(piece, {x[0], middle[2], middle[1]}, parts);
-    add_part(piece, {middle[2], x[1], middle[0]}, parts);
-    add_part(piece, {middle[1], middle[0], x[2]}, parts);
-    add_part(piece, middle, parts);
+/// Divides along a diagonal what has too many corners to be cut; false where it has not.
+bool divide(const Piece<2>&, std::vector<Piece<2>>&) { return false; }
+bool divide(Piece<3> piece, std::vector<Piece<3>>& parts) {
+    if (piece.count <= kMostToCut) return false;
+    const Index middle = piece.count / 2;
+    Piece<3> rest = piece;
+    rest.count = 0;
+    for (Index k = middle; k < piece.count; ++k) rest.corner[rest.count++] = piece.corner[k];
+    rest.corner[rest.count++] = piece.corner[0];
+    piece.count = middle + 1;
+    parts.push_back(rest);
+    parts.push_back(piece);
+    return true;
 }
 
 const std::array<Point, 3>& element_of(const BoundaryModel& target, const Piece<3>& piece) {
@@ -134,68 +176,138 @@ const std::array<Point, 2>& element_of(const BoundaryModel& target, const Piece<
     return target.segment(piece.hint);
 }
 
-/// Cuts a piece along the side of the closest element that it extends across farthest: what lies over that
-/// element is bounded tightly by its corners, so that surfaces which coincide need only the overlay of their
-/// triangles. Pieces that lie over one element are split evenly.
+/// Cuts a piece along the sides of the closest element. What lies over that element is bounded tightly by its
+/// corners, without another query, so that surfaces which coincide need only the overlay of their triangles;
+/// it is dropped where that is `enough`, and its bound returned. Pieces that lie over one element are halved.
 template <std::size_t N>
-void split(const Piece<N>& piece, const BoundaryModel& target, std::vector<Piece<N>>& parts) {
+double split(Piece<N> piece, const BoundaryModel& target, double enough, std::vector<Piece<N>>& parts) {
+    if (divide(piece, parts)) return 0;
     double size = 0;
-    for (const Point& x : piece.corner) size = std::max(size, glm::length(x - piece.corner[0]));
-    double deepest = 1e-9 * size;
-    std::array<double, N> at{};
+    for (const Point& x : piece.corners()) size = std::max(size, glm::length(x - piece.corner[0]));
+    bool cut_any = false;
     for (const Cut& cut : sides_of(element_of(target, piece))) {
         const double length = glm::length(cut.normal);
         if (!(length > 0)) continue;
-        const std::array<double, N> h = heights(piece.corner, {cut.origin, cut.normal / length});
-        const auto [low, high] = std::minmax_element(h.begin(), h.end());
-        const double depth = std::min(-*low, *high);
-        if (depth > deepest) deepest = depth, at = h;
+        const Heights<N> h = heights_over(piece, {cut.origin, cut.normal / length});
+        const auto [low, high] = std::minmax_element(h.begin(), h.begin() + piece.count);
+        if (!(std::min(-*low, *high) > 1e-9 * size)) continue;
+        parts.push_back(cut_off(piece, h));
+        cut_any = true;
     }
-    if (deepest > 1e-9 * size)
-        split_at(piece, at, parts);
-    else
-        split_evenly(piece, parts);
+    if (!cut_any) {
+        halve(piece, parts);
+        return 0;
+    }
+    bound_by(target, piece.hint, piece);
+    if (piece.upper <= enough) return piece.upper;
+    parts.push_back(piece);
+    return 0;
 }
 
-/// Refines all pieces that may hold the maximum, round by round, so that any number of threads gives the
-/// same. result: what is attained already.
+/// Branch and bound over the pieces of one direction.
 template <std::size_t N>
-DirectedDeviation measure_directed(DirectedDeviation result, std::vector<Piece<N>> pieces,
-                                   const BoundaryModel& target, const DeviationOptions& options,
-                                   const Context& context) {
-    std::size_t queries = 0;
-    double sum = 0, measure = 0;
-    for (int round = 0; !pieces.empty() && round < kMaxRounds; ++round) {
-        context.parallel().for_each(pieces.size(), kChunk,
-                                    [&](std::size_t i) { evaluate(target, pieces[i]); });
-        queries += pieces.size();
-        for (const Piece<N>& piece : pieces) {
-            if (round == 0) {
-                const double m = measure_of(piece.corner);
-                measure += m;
-                sum += m * piece.distance * piece.distance;
+class DirectedMeasure {
+  public:
+    /// result: what is attained already.
+    DirectedMeasure(DirectedDeviation result, const BoundaryModel& target, const DeviationOptions& options,
+                    const Context& context)
+        : result_(result), target_(target), options_(options), context_(context) {}
+
+    /// The first queries at all of `count` pieces, then batch by batch what may hold the maximum. make(i)
+    /// gives a piece.
+    template <class Make>
+    DirectedDeviation run(std::size_t count, const Make& make) {
+        const std::vector<First> first = look_at_all(count, make);
+        std::vector<Piece<N>> open;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (first[i].upper <= enough()) {
+                result_.upper = std::max(result_.upper, first[i].upper);
+            } else {
+                open.push_back(make(i));
+                open.back().hint = first[i].hint;
+                open.back().upper = first[i].upper;
             }
-            if (piece.distance <= result.largest) continue;
-            result.largest = piece.distance;
-            result.at = centre_of(piece.corner);
-            result.element = piece.element;
+            if (open.size() < kBatch && i + 1 < count) continue;
+            refine(open);
+            open.clear();
         }
-        const double enough = result.largest + std::max(options.tolerance * result.largest,
-                                                        options.tolerance_rel * target.diagonal());
-        const bool last = queries >= options.max_queries || round + 1 == kMaxRounds || context.is_cancelled();
-        std::vector<Piece<N>> next;
-        for (const Piece<N>& piece : pieces) {
-            if (last || piece.upper <= enough)
-                result.upper = std::max(result.upper, piece.upper);
-            else
-                split(piece, target, next);
-        }
-        pieces = std::move(next);
+        result_.upper = std::max(result_.upper, result_.largest);
+        return result_;
     }
-    result.upper = std::max(result.upper, result.largest);
-    result.rms = measure > 0 ? std::sqrt(sum / measure) : 0;
-    return result;
-}
+
+  private:
+    struct First {
+        double upper;
+        Index hint;
+    };
+
+    double enough() const {
+        return result_.largest +
+               std::max(options_.tolerance * result_.largest, options_.tolerance_rel * target_.diagonal());
+    }
+
+    void attain(const Piece<N>& piece) {
+        if (piece.distance <= result_.largest) return;
+        result_.largest = piece.distance;
+        result_.at = centre_of(piece);
+        result_.element = piece.element;
+    }
+
+    template <class Make>
+    std::vector<First> look_at_all(std::size_t count, const Make& make) {
+        std::vector<First> first(count);
+        std::vector<double> distance(count);
+        context_.parallel().for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
+            Index hint = kNoIndex; // neighbours in the list are neighbours in space
+            for (std::size_t i = begin; i < end; ++i) {
+                Piece<N> piece = make(i);
+                piece.hint = hint;
+                evaluate(target_, piece);
+                first[i] = {piece.upper, hint = piece.hint};
+                distance[i] = piece.distance;
+            }
+        });
+        queries_ += count;
+        double sum = 0, measure = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            Piece<N> piece = make(i);
+            const double m = measure_of(piece);
+            measure += m;
+            sum += m * distance[i] * distance[i];
+            piece.distance = distance[i];
+            attain(piece);
+        }
+        result_.rms = measure > 0 ? std::sqrt(sum / measure) : 0;
+        return first;
+    }
+
+    /// Round by round, so that any number of threads gives the same.
+    void refine(std::vector<Piece<N>> pieces) {
+        for (int round = 0; !pieces.empty(); ++round) {
+            if (queries_ >= options_.max_queries || round == kMaxRounds || context_.is_cancelled()) {
+                for (const Piece<N>& piece : pieces) result_.upper = std::max(result_.upper, piece.upper);
+                return;
+            }
+            std::vector<Piece<N>> next;
+            for (const Piece<N>& piece : pieces) {
+                const double limit = enough();
+                const double bound = piece.upper <= limit ? piece.upper : split(piece, target_, limit, next);
+                result_.upper = std::max(result_.upper, bound);
+            }
+            pieces = std::move(next);
+            context_.parallel().for_each(pieces.size(), kChunk,
+                                         [&](std::size_t i) { evaluate(target_, pieces[i]); });
+            queries_ += pieces.size();
+            for (const Piece<N>& piece : pieces) attain(piece);
+        }
+    }
+
+    DirectedDeviation result_;
+    const BoundaryModel& target_;
+    const DeviationOptions& options_;
+    const Context& context_;
+    std::size_t queries_ = 0;
+};
 
 /// Raises `result` by what is attained at the boundary's vertices, where the maximum mostly is.
 DirectedDeviation measure_vertices(const HexMesh& mesh, std::span<const Quad> quads,
@@ -218,19 +330,24 @@ DirectedDeviation measure_vertices(const HexMesh& mesh, std::span<const Quad> qu
     return result;
 }
 
-std::vector<Piece<3>> pieces_of_triangles(const BoundaryModel& model, bool by_source) {
-    std::vector<Piece<3>> pieces(model.triangle_count());
-    for (Index t = 0; t < pieces.size(); ++t)
-        pieces[t] = {model.triangle(t), by_source ? model.source_face(t) : t, kNoIndex, 0,
-                     std::numeric_limits<double>::infinity()};
-    return pieces;
+DirectedDeviation measure_triangles(const BoundaryModel& from, bool by_source, DirectedDeviation attained,
+                                    const BoundaryModel& target, const DeviationOptions& options,
+                                    const Context& context) {
+    return DirectedMeasure<3>(attained, target, options, context)
+        .run(from.triangle_count(), [&](std::size_t i) {
+            const auto t = static_cast<Index>(i);
+            const auto& x = from.triangle(t);
+            return Piece<3>{{x[0], x[1], x[2]}, 3, by_source ? from.source_face(t) : t,
+                            kNoIndex,           0, std::numeric_limits<double>::infinity()};
+        });
 }
 
-std::vector<Piece<2>> pieces_of_segments(const BoundaryModel& model) {
-    std::vector<Piece<2>> pieces(model.segment_count());
-    for (Index s = 0; s < pieces.size(); ++s)
-        pieces[s] = {model.segment(s), s, kNoIndex, 0, std::numeric_limits<double>::infinity()};
-    return pieces;
+DirectedDeviation measure_segments(const BoundaryModel& from, const BoundaryModel& target,
+                                   const DeviationOptions& options, const Context& context) {
+    return DirectedMeasure<2>({}, target, options, context).run(from.segment_count(), [&](std::size_t i) {
+        const auto s = static_cast<Index>(i);
+        return Piece<2>{from.segment(s), 2, s, kNoIndex, 0, std::numeric_limits<double>::infinity()};
+    });
 }
 
 /// The mesh's boundary as one patch and its feature edges as a curve each.
@@ -271,12 +388,12 @@ Result<Deviation> measure_deviation(const HexMesh& mesh, const Topology& topolog
     const BoundaryModel moved =
         build_distance_model(mesh, quads, model.feature_edges(), model.quad_tolerance(), result.bilinear_gap);
     result.diagonal = model.diagonal();
-    result.mesh_to_surface = measure_directed(measure_vertices(mesh, quads, model, context),
-                                              pieces_of_triangles(moved, true), model, options, context);
-    result.surface_to_mesh = measure_directed({}, pieces_of_triangles(model, false), moved, options, context);
+    result.mesh_to_surface = measure_triangles(moved, true, measure_vertices(mesh, quads, model, context),
+                                               model, options, context);
+    result.surface_to_mesh = measure_triangles(model, false, {}, moved, options, context);
     if (model.segment_count() > 0 && moved.segment_count() > 0) {
-        result.mesh_to_curves = measure_directed({}, pieces_of_segments(moved), model, options, context);
-        result.curves_to_mesh = measure_directed({}, pieces_of_segments(model), moved, options, context);
+        result.mesh_to_curves = measure_segments(moved, model, options, context);
+        result.curves_to_mesh = measure_segments(model, moved, options, context);
     }
     result.largest_corner_distance = largest_corner_distance(mesh, model);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "deviation", "", "cancelled");
