@@ -85,6 +85,43 @@ Result<CellRefinement> CellRefinement::create(HexMesh roots, const Parallel& par
     return CellRefinement(std::move(roots));
 }
 
+Result<CellRefinement> CellRefinement::replay(HexMesh roots, std::span<const RefineRequest> splits,
+                                              const Parallel& parallel) {
+    Result<CellRefinement> made = create(std::move(roots), parallel);
+    if (!made) return made;
+    RefineCount count;
+    for (const RefineRequest& request : splits) {
+        if (!made->keep_request(request, count))
+            return make_error(ErrorCode::bad_input, "refine", "cell " + std::to_string(request.node),
+                              "cannot be split as the history of the refinement says");
+        made->split(request.node, request.mask);
+    }
+    if (!splits.empty()) made->uniform_mask_ = splits.front().mask;
+    made->mixed_ = std::any_of(splits.begin(), splits.end(), [&](const RefineRequest& request) {
+        return request.mask != splits.front().mask;
+    });
+    return made;
+}
+
+HexMesh CellRefinement::roots() const {
+    HexMesh mesh = root_mesh_;
+    std::copy_n(positions_.begin(), mesh.positions.size(), mesh.positions.begin());
+    for (Index use = 0; use < root_face_patch_.size(); ++use)
+        if (root_face_patch_[use] != kNoIndex)
+            mesh.boundary.push_back({face_vertices(mesh, {use / 6, use % 6}), root_face_patch_[use]});
+    return mesh;
+}
+
+std::vector<RefineRequest> CellRefinement::splits() const {
+    std::vector<RefineRequest> splits;
+    for (Index n = 0; n < nodes_.size(); ++n)
+        if (!nodes_[n].is_leaf()) splits.push_back({n, nodes_[n].mask});
+    std::sort(splits.begin(), splits.end(), [&](const RefineRequest& a, const RefineRequest& b) {
+        return nodes_[a.node].first_child < nodes_[b.node].first_child;
+    });
+    return splits;
+}
+
 LatticePoint CellRefinement::middle_point(const RefineNode& node, const std::array<int, 3>& half) const {
     LatticePoint at;
     for (int d = 0; d < 3; ++d) {

@@ -68,6 +68,14 @@ class CellRefinement {
     /// no cells.
     static Result<CellRefinement> create(HexMesh roots, const Parallel& parallel);
 
+    /// The hierarchy with these roots() and splits(): the same nodes, vertices and later behaviour. Errors
+    /// (bad_input): as create(); a split of what is no leaf then or has no halvings left.
+    static Result<CellRefinement> replay(HexMesh roots, std::span<const RefineRequest> splits,
+                                         const Parallel& parallel);
+    /// The initial mesh, and all splits in their order.
+    HexMesh roots() const;
+    std::vector<RefineRequest> splits() const;
+
     /// Splits leaves and whatever the balance asks for. rings: at least that many cells of each level
     /// between those of the next finer and the next coarser one (1: balance only; more only where all cuts
     /// use one mask, and only as far as this call's splits go). max_leaves: nothing is split if there would

@@ -95,8 +95,9 @@ std::vector<Index> find_failed_cells(const HexMesh& mesh, const Topology& topolo
     return failed;
 }
 
-Result<MeshAttempt> attempt_mesh(RefineOutput& refined, Domain& domain, const MeshOptions& options,
-                                 AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak) {
+Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
+                                  AttemptCounts& counts, StageClock& clock, Context& context,
+                                  LeakPath* leak) {
     MeshAttempt attempt;
     if (Status done = fit_domain(refined, domain, options, counts, attempt, clock, context, leak); !done)
         return done.error();
@@ -104,13 +105,18 @@ Result<MeshAttempt> attempt_mesh(RefineOutput& refined, Domain& domain, const Me
         if (Status done = insert_layers(attempt, domain, options, clock, context); !done) return done.error();
     if (Status sound = require_structure(attempt.fitted.mesh, "mesh", context.parallel()); !sound)
         return sound.error();
+    return attempt;
+}
+
+Status optimize_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& options,
+                        AttemptCounts& counts, StageClock& clock, Context& context) {
     bind_surface(domain, attempt.fitted);
     if (Status done = optimize_on_surface(attempt, domain, options, counts, clock, context); !done)
-        return done.error();
+        return done;
     attempt.failed = clock.run("check", [&] {
         return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());
     });
-    return attempt;
+    return Done{};
 }
 
 } // namespace hexopt

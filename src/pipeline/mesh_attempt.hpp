@@ -40,11 +40,15 @@ struct AttemptCounts {
 };
 
 /// Trims `refined`, fits its boundary (refining where features could not be captured, as often as
-/// options.fit_repairs leaves), inserts buffers and optimizes on the surface, to which domain.model is then
-/// bound. `refined` is left as it was trimmed last. Errors: bad_input (*leak gets the path where the
-/// surface leaks), out_of_memory, cancelled before the optimizer began.
-Result<MeshAttempt> attempt_mesh(RefineOutput& refined, Domain& domain, const MeshOptions& options,
-                                 AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak);
+/// options.fit_repairs leaves) and inserts buffers. `refined` is left as it was trimmed last. Errors:
+/// bad_input (*leak gets the path where the surface leaks), out_of_memory, cancelled.
+Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
+                                  AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak);
+
+/// Binds domain.model to what begin_attempt() made, optimizes it on the surface and finds what failed.
+/// Cancelled: no error but an attempt without stats. Errors: out_of_memory.
+Status optimize_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& options,
+                        AttemptCounts& counts, StageClock& clock, Context& context);
 
 /// Binds domain.model to the vertices of a fitted mesh.
 void bind_surface(Domain& domain, const FittedMesh& fitted);

@@ -4,6 +4,7 @@
 #include "io/domain_file.hpp"
 #include "io/read_outline.hpp"
 #include "pipeline/check_outputs.hpp"
+#include "pipeline/checkpoint.hpp"
 #include "pipeline/mesh_pictures.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/planar_job.hpp"
@@ -58,15 +59,31 @@ Error report_leak(const MeshJob& job, const LeakPath& leak, Error error, Context
     return error;
 }
 
-Result<MeshOutcome> mesh_outlines(const MeshJob& job, StageClock& clock, Context& context) {
+/// None where the job asks for none.
+Result<std::optional<Checkpoint>> open_checkpoint(const MeshJob& job, Context& context) {
+    if (job.checkpoint.empty()) {
+        if (job.resume)
+            return make_error(ErrorCode::usage, "checkpoint", "", "--resume needs --checkpoint DIR");
+        return std::optional<Checkpoint>();
+    }
+    auto identity = identify_run(job, context);
+    if (!identity) return identity.error();
+    auto checkpoint = job.resume ? Checkpoint::resume(job.checkpoint, std::move(*identity), context)
+                                 : Checkpoint::start(job.checkpoint, std::move(*identity), context);
+    if (!checkpoint) return checkpoint.error();
+    return std::optional(std::move(*checkpoint));
+}
+
+Result<MeshOutcome> mesh_outlines(const MeshJob& job, StageClock& clock, Context& context,
+                                  Checkpoint* checkpoint) {
     if (Status fitting = check_planar_keys(job, true); !fitting) return fitting.error();
     auto slab = clock.run("read", [&] { return read_outline_slab(job, context); });
     if (!slab) return slab.error();
-    return mesh_planar(std::move(*slab), job.options, clock, context);
+    return mesh_planar(std::move(*slab), job.options, clock, context, checkpoint);
 }
 
 Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob& job, StageClock& clock,
-                                  Context& context) {
+                                  Context& context, Checkpoint* checkpoint) {
     if (!prepared) return prepared.error();
     MeshOptions options = job.options;
     if (!job.initial_mesh.empty()) {
@@ -75,29 +92,30 @@ Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob
         options.refine.initial.mesh = std::move(*initial);
     }
     LeakPath leak;
-    auto outcome = mesh_domain(std::move(*prepared), options, clock, context, &leak);
+    auto outcome = mesh_domain(std::move(*prepared), options, clock, context, &leak, checkpoint);
     if (!outcome && !leak.cells.cells.empty()) return report_leak(job, leak, outcome.error(), context);
     return outcome;
 }
 
 /// In space, or in the plane where they are a slab.
-Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context& context) {
+Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context& context,
+                                  Checkpoint* checkpoint) {
     if (std::any_of(job.surfaces.begin(), job.surfaces.end(), is_domain_name))
-        return mesh_prepared(load_domain(job, clock, context), job, clock, context);
+        return mesh_prepared(load_domain(job, clock, context), job, clock, context, checkpoint);
     auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, job.tessellation, context); });
     if (!surface) return surface.error();
     auto slab = find_slab(*surface, job.options, clock, context);
     if (!slab) return slab.error();
     if (*slab) {
         if (Status fitting = check_planar_keys(job, false); !fitting) return fitting.error();
-        auto outcome = mesh_planar(std::move(**slab), job.options, clock, context);
+        auto outcome = mesh_planar(std::move(**slab), job.options, clock, context, checkpoint);
         if (outcome && job.options.planar == PlanarChoice::automatic)
             outcome->notes.insert(outcome->notes.begin(),
                                   "The surface is a thin slab and was meshed in the plane, one cell thick; "
                                   "--planar no meshes it in space.");
         return outcome;
     }
-    return mesh_prepared(prepare_surface(*surface, job, clock, context), job, clock, context);
+    return mesh_prepared(prepare_surface(*surface, job, clock, context), job, clock, context, checkpoint);
 }
 
 } // namespace
@@ -106,12 +124,15 @@ Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
     if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
         return status.error();
     if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
+    auto checkpoint = open_checkpoint(job, context);
+    if (!checkpoint) return checkpoint.error();
+    Checkpoint* kept = *checkpoint ? &**checkpoint : nullptr;
     StageClock clock;
     context.set_progress_range(0, progress::kSurfaceEnd);
     context.report("read", 0);
     auto outcome = std::any_of(job.surfaces.begin(), job.surfaces.end(), is_outline_name)
-                       ? mesh_outlines(job, clock, context)
-                       : mesh_surfaces(job, clock, context);
+                       ? mesh_outlines(job, clock, context, kept)
+                       : mesh_surfaces(job, clock, context, kept);
     if (!outcome) return outcome.error();
     MeshJobResult result;
     result.outcome = std::move(*outcome);
@@ -123,6 +144,7 @@ Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
     Context unhurried(context.parallel().threads(), context.seed());
     if (auto status = write_results(job, clock, result, cancelled ? unhurried : context); !status)
         return status.error();
+    if (kept && !cancelled) kept->remove();
     return result;
 }
 

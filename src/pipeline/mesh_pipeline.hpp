@@ -22,7 +22,9 @@ struct MeshJob {
     std::filesystem::path initial_mesh; ///< hexahedra to start from; sets options.refine.initial.mesh
     MeshOptions options;
     WriteOptions write;
-    bool keep_best = false; ///< cancelled while optimizing: write the best state reached
+    std::filesystem::path checkpoint; ///< folder for the state between stages; removed at the end
+    bool resume = false;              ///< go on with what the folder holds
+    bool keep_best = false;           ///< cancelled while optimizing: write the best state reached
 };
 
 struct MeshJobResult {
@@ -33,8 +35,10 @@ struct MeshJobResult {
 
 /// Reads, meshes, measures, writes. A mesh that has invalid cells is written too (verdict no_valid_mesh); a
 /// cancelled run writes only with keep_best, and only once the optimizer has begun. A surface that leaks is
-/// an error that names a file beside the output, NAME.leak.vtu, with the cells of a shortest path. Errors:
-/// those of reading (bad_input), mesh_surface() and writing (output_failed: the earlier file is as it was).
+/// an error that names a file beside the output, NAME.leak.vtu, with the cells of a shortest path. A run that
+/// goes on with a checkpoint ends with the same bytes as one that was never interrupted. Errors: those of
+/// reading (bad_input), mesh_surface(), Checkpoint and writing (output_failed: the earlier file is as it
+/// was).
 Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context);
 
 /// What a job meshes: its domain file as it is, or its surfaces, prepared. Errors: those of reading and of

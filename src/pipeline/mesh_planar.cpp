@@ -3,6 +3,7 @@
 #include "domain/outline_touching.hpp"
 #include "domain/weld_surface.hpp"
 #include "mesh/validate_structure.hpp"
+#include "pipeline/checkpoint.hpp"
 #include "stages/planar/outline_deviation.hpp"
 #include "stages/planar/planar.hpp"
 
@@ -28,8 +29,8 @@ void begin(Context& context, const char* stage, double low, double high) {
 
 class PlanarRun {
   public:
-    PlanarRun(const MeshOptions& options, StageClock& clock, Context& context)
-        : options_(options), clock_(clock), context_(context) {}
+    PlanarRun(const MeshOptions& options, StageClock& clock, Context& context, Checkpoint* checkpoint)
+        : options_(options), clock_(clock), context_(context), checkpoint_(checkpoint) {}
 
     Result<MeshOutcome> run(Slab slab) {
         if (options_.fit_repairs < 0 || options_.fit_repairs > 5)
@@ -98,6 +99,13 @@ class PlanarRun {
         if (!domain) return domain.error();
         domain_.emplace(std::move(*domain));
         outcome_.patches = domain_->names.size();
+        if (checkpoint_ && checkpoint_->has_state()) {
+            auto state = checkpoint_->load(*domain_, clock_, context_);
+            if (!state) return state.error();
+            state_.emplace(std::move(*state));
+            outcome_.resumed = name_of(state_->phase);
+            return Done{};
+        }
         RefineOptions refining = options_.refine;
         refining.planar = true;
         // The sagitta is to be small beside the bodies, not beside the farfield.
@@ -105,7 +113,7 @@ class PlanarRun {
         context_.set_progress_range(0.05, 0.1);
         auto refined = clock_.run("refine", [&] { return refine(*domain_, refining, context_); });
         if (!refined) return refined.error();
-        refined_.emplace(std::move(*refined));
+        state_.emplace(std::move(*refined));
         return Done{};
     }
 
@@ -115,13 +123,13 @@ class PlanarRun {
         QuadTrimOptions trimming;
         for (int round = 1;; ++round) {
             trimming.may_refine = trimming.may_refine && round < kMostRounds;
-            trimming.may_join = joins_ < options_.refine.gap_levels + kJoinLevels;
-            auto fitted =
-                clock_.run("fit", [&] { return fit_outline(refined_->octree, curves, trimming, context_); });
-            ++outcome_.trim_rounds;
-            if (fitted && fitted->asked_to_join) ++joins_;
+            trimming.may_join = state_->joins < options_.refine.gap_levels + kJoinLevels;
+            auto fitted = clock_.run(
+                "fit", [&] { return fit_outline(state_->refined.octree, curves, trimming, context_); });
+            ++state_->counts.trims.count;
+            if (fitted && fitted->asked_to_join) ++state_->joins;
             if (!fitted || fitted->refine_cells.empty()) return fitted;
-            if (refine_cells(*refined_, fitted->refine_cells, context_).requested == 0)
+            if (refine_cells(state_->refined, fitted->refine_cells, context_).requested == 0)
                 trimming.may_refine = false;
         }
     }
@@ -140,12 +148,13 @@ class PlanarRun {
     Status fit_and_relax(const OutlineCurves& curves) {
         PlanarReport& report = *outcome_.planar;
         const double chord = options_.refine.chord_error_rel * report.diagonal;
-        for (int repair = 0;; ++repair) {
+        for (;; ++state_->round) {
+            if (checkpoint_) checkpoint_->save(*state_, clock_, context_);
             auto fitted = fit(curves);
             if (!fitted) return fitted.error();
-            ++outcome_.fit_rounds;
+            ++state_->counts.fit_rounds;
             report.row = fitted->row;
-            outcome_.trim.octree_cells = refined_->octree.cell_count();
+            outcome_.trim.octree_cells = state_->refined.octree.cell_count();
             outcome_.trim.kept_cells = fitted->kept_cells;
             outcome_.trim.cut_cells = fitted->cut_cells;
             outcome_.trim.manifold_removed = fitted->removed_cells - fitted->dropped_cells;
@@ -160,11 +169,13 @@ class PlanarRun {
                 return cancelled_ ? Status(Done{}) : relaxed.error();
             }
             report.relax = *relaxed;
-            if (repair >= options_.fit_repairs) break;
-            const std::vector<Index> coarse = find_coarse_cells(mesh_, refined_->octree, curves, chord);
-            if (coarse.empty() || refine_cells(*refined_, coarse, context_).requested == 0) break;
+            if (state_->round >= options_.fit_repairs) break;
+            const std::vector<Index> coarse = find_coarse_cells(mesh_, state_->refined.octree, curves, chord);
+            if (coarse.empty() || refine_cells(state_->refined, coarse, context_).requested == 0) break;
         }
-        outcome_.refine = refined_->stats;
+        outcome_.refine = state_->refined.stats;
+        outcome_.trim_rounds = state_->counts.trims.count;
+        outcome_.fit_rounds = state_->counts.fit_rounds;
         outcome_.curves = curves.curve_count();
         outcome_.corners = curves.corner_count();
         outcome_.fit.curves = outcome_.fit.captured_curves = outcome_.curves;
@@ -249,13 +260,13 @@ class PlanarRun {
     const MeshOptions& options_;
     StageClock& clock_;
     Context& context_;
+    Checkpoint* checkpoint_;
     MeshOutcome outcome_;
     Slab slab_;
     std::optional<Domain> domain_;
-    std::optional<RefineOutput> refined_;
+    std::optional<MeshState> state_;
     QuadMesh mesh_;
     std::vector<Point2> start_;
-    int joins_ = 0; ///< times that cells were refined to join parts
     bool cancelled_ = false;
 };
 
@@ -272,8 +283,9 @@ bool may_be_slab(const TriangleSoup& surface) {
 
 } // namespace
 
-Result<MeshOutcome> mesh_planar(Slab slab, const MeshOptions& options, StageClock& clock, Context& context) {
-    return PlanarRun(options, clock, context).run(std::move(slab));
+Result<MeshOutcome> mesh_planar(Slab slab, const MeshOptions& options, StageClock& clock, Context& context,
+                                Checkpoint* checkpoint) {
+    return PlanarRun(options, clock, context, checkpoint).run(std::move(slab));
 }
 
 Result<std::optional<Slab>> find_slab(const TriangleSoup& surface, const MeshOptions& options,

@@ -10,8 +10,10 @@ namespace hexopt {
 /// by a row of cells, relax, refine where that failed or chords leave the outline, extrude, measure. The
 /// outcome is as mesh_surface()'s, with `planar`; what belongs to other stages (weld, orientation, buffer,
 /// settle) stays empty. options.farfield must have no z (MeshOptions). Errors: usage, bad_input,
-/// out_of_memory, cancelled before the cells were relaxed.
-Result<MeshOutcome> mesh_planar(Slab slab, const MeshOptions& options, StageClock& clock, Context& context);
+/// out_of_memory, cancelled before the cells were relaxed. checkpoint: as mesh_domain() takes it; the state
+/// is kept before each round.
+Result<MeshOutcome> mesh_planar(Slab slab, const MeshOptions& options, StageClock& clock, Context& context,
+                                Checkpoint* checkpoint = nullptr);
 
 /// The slab that a surface is, where options.planar allows: `yes` makes it an error (bad_input) if it is
 /// none; `automatic` takes one that is thinner than a twentieth of its diagonal, and nothing else.

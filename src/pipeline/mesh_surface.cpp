@@ -1,7 +1,8 @@
 #include "pipeline/mesh_surface.hpp"
 
-#include "pipeline/mesh_attempt.hpp"
+#include "pipeline/checkpoint.hpp"
 #include "pipeline/mesh_progress.hpp"
+#include "pipeline/mesh_state.hpp"
 #include "pipeline/refine_to_count.hpp"
 #include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
@@ -101,90 +102,156 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 
-/// What the attempts came to, where later ones are kept only if fewer cells fail.
+/// Where the state between stages is kept, if anywhere.
+struct Saving {
+    const Checkpoint* checkpoint;
+    const StageClock& clock;
+    Context& context;
+
+    void save(const MeshState& state) const {
+        if (checkpoint) checkpoint->save(state, clock, context);
+    }
+};
+
+/// From an octree to its best mesh on the surface, through attempts of which later ones are kept only if
+/// fewer cells fail.
 class Attempts {
   public:
-    Attempts(const MeshOptions& options, MeshOutcome& outcome, AttemptCounts& counts)
-        : options_(options), outcome_(outcome), counts_(counts) {}
+    Attempts(const MeshOptions& options, MeshState& state, Domain& domain, const Saving& saving,
+             StageClock& clock, Context& context)
+        : options_(options), state_(state), domain_(domain), saving_(saving), clock_(clock),
+          context_(context) {}
 
     /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times.
-    Result<MeshAttempt> run(RefineOutput& refined, Domain& domain, StageClock& clock, Context& context,
-                            LeakPath* leak) {
-        const std::size_t most_cells = kMostGrowth * refined.octree.cell_count();
-        std::optional<MeshAttempt> best;
-        for (int round = 0;; ++round) {
-            auto next = attempt_mesh(refined, domain, options_, counts_, clock, context, leak);
-            if (!next && !best) return next;
-            if (!next) {
-                if (next.error().code == ErrorCode::cancelled)
-                    best->stats.reset();
-                else
-                    context.log(LogLevel::warning, "the last repair is left out: " + next.error().one_line());
+    /// Goes on from where the state is, to state.best. Cancelled with a best one: that has no stats.
+    Status run(LeakPath* leak) {
+        while (state_.phase < MeshPhase::attempted) {
+            Status done = state_.phase == MeshPhase::refined ? fit(leak) : optimize();
+            if (!done && !state_.best) return done;
+            if (!done && done.error().code == ErrorCode::cancelled) {
+                state_.best->stats.reset();
                 break;
             }
-            const std::vector<Index> near = find_cells_to_refine(refined.octree, *next, most_cells);
-            const bool cancelled = !next->stats;
-            outcome_.attempts.push_back({next->fitted.mesh.cell_count(), next->failed.size(), 0});
-            log(round, *next, context);
-            if (!best || next->failed.size() < best->failed.size()) best = std::move(*next);
-            if (cancelled) best->stats.reset();
-            if (cancelled || best->failed.empty() || near.empty() || round == options_.repairs) break;
-            if (!(counts_.optimize_s_left(options_) > 0)) break;
-            const RefineCount count = refine_cells(refined, near, context);
-            outcome_.attempts.back().refined = count.requested;
-            if (count.requested == 0) break;
+            if (!done) {
+                context_.log(LogLevel::warning, "the last repair is left out: " + done.error().one_line());
+                end();
+            }
+            if (state_.best && !state_.best->stats) break;
+            saving_.save(state_);
         }
-        outcome_.refine = refined.stats;
-        outcome_.trim_rounds = counts_.trims.count;
-        outcome_.fit_rounds = counts_.fit_rounds;
-        return std::move(*best);
+        return Done{};
     }
 
   private:
+    Status fit(LeakPath* leak) {
+        auto begun = begin_attempt(state_.refined, domain_, options_, state_.counts, clock_, context_, leak);
+        if (!begun) return begun.error();
+        state_.current = std::move(*begun);
+        state_.phase = MeshPhase::fitted;
+        return Done{};
+    }
+
+    /// Ends the attempt under way and prepares the next one.
+    Status optimize() {
+        MeshAttempt& current = *state_.current;
+        if (Status done = optimize_attempt(current, domain_, options_, state_.counts, clock_, context_);
+            !done)
+            return done;
+        const bool is_cancelled = !current.stats;
+        const std::vector<Index> near = find_cells_to_refine(current);
+        state_.attempts.push_back({current.fitted.mesh.cell_count(), current.failed.size(), 0});
+        log(current);
+        if (!state_.best || current.failed.size() < state_.best->failed.size())
+            state_.best = std::move(current);
+        state_.current.reset();
+        if (is_cancelled) {
+            state_.best->stats.reset();
+            return Done{};
+        }
+        state_.phase = MeshPhase::refined;
+        if (!refine_for_next(near)) end();
+        return Done{};
+    }
+
+    /// False: there is no next attempt.
+    bool refine_for_next(const std::vector<Index>& near) {
+        if (state_.best->failed.empty() || near.empty() || state_.round == options_.repairs) return false;
+        if (!(state_.counts.optimize_s_left(options_) > 0)) return false;
+        const RefineCount count = refine_cells(state_.refined, near, context_);
+        state_.attempts.back().refined = count.requested;
+        ++state_.round;
+        return count.requested > 0;
+    }
+
+    void end() {
+        state_.current.reset();
+        state_.phase = MeshPhase::attempted;
+    }
+
     /// Cells that hold what failed, and a ring round them where so many fit; none: too many.
-    static std::vector<Index> find_cells_to_refine(const HexMesh& octree, const MeshAttempt& attempt,
-                                                   std::size_t most_cells) {
+    std::vector<Index> find_cells_to_refine(const MeshAttempt& attempt) const {
+        const HexMesh& octree = state_.refined.octree;
         for (int rings = 1; rings >= 0; --rings) {
             std::vector<Index> near = find_cells_round(octree, attempt.fitted.mesh, attempt.failed, rings);
-            if (octree.cell_count() + 7 * near.size() <= most_cells) return near;
+            if (octree.cell_count() + 7 * near.size() <= kMostGrowth * state_.first_cells) return near;
         }
         return {};
     }
 
-    void log(int round, const MeshAttempt& attempt, Context& context) const {
+    void log(const MeshAttempt& attempt) const {
         if (attempt.failed.empty()) return;
         const Point p = attempt.fitted.mesh.positions[attempt.fitted.mesh.cells[attempt.failed.front()][0]];
-        context.log(LogLevel::debug,
-                    fmt::format("attempt {}: {} of {} cells fail, the first near ({:.6g}, {:.6g}, {:.6g})",
-                                round + 1, attempt.failed.size(), attempt.fitted.mesh.cell_count(), p.x, p.y,
-                                p.z));
+        context_.log(LogLevel::debug,
+                     fmt::format("attempt {}: {} of {} cells fail, the first near ({:.6g}, {:.6g}, {:.6g})",
+                                 state_.round + 1, attempt.failed.size(), attempt.fitted.mesh.cell_count(),
+                                 p.x, p.y, p.z));
     }
 
     const MeshOptions& options_;
-    MeshOutcome& outcome_;
-    AttemptCounts& counts_;
+    MeshState& state_;
+    Domain& domain_;
+    const Saving& saving_;
+    StageClock& clock_;
+    Context& context_;
 };
 
-/// Lets what fails leave the surface, raises the worst cells and moves the attempt to the outcome.
-Status settle(MeshAttempt& attempt, Domain& domain, const OptimizeOptions& options, MeshOutcome& outcome,
+/// Lets what fails leave the surface and raises the worst cells of the best attempt.
+Status settle(MeshState& state, Domain& domain, const MeshOptions& options, const Saving& saving,
               StageClock& clock, Context& context) {
-    outcome.trim = attempt.trim;
-    outcome.fit = std::move(attempt.fit);
-    outcome.buffer = std::move(attempt.buffer);
-    outcome.start = std::move(attempt.start);
-    outcome.stats = std::move(attempt.stats);
-    outcome.mesh = std::move(attempt.fitted.mesh);
-    if (outcome.attempts.size() > 1)
-        bind_surface(domain, attempt.fitted); // the last attempt need not be the best
-    if (!outcome.stats) return Done{};
+    MeshAttempt& best = *state.best;
+    bind_surface(domain, best.fitted); // the last attempt need not be the best
+    if (!best.stats || state.phase == MeshPhase::settled) return Done{};
+    OptimizeOptions settling = options.optimize;
+    settling.time_limit_s = state.counts.optimize_s_left(options);
     begin_stage(context, "settle", progress::kOptimizeEnd, progress::kSettleEnd);
     Status done = clock.run("settle", [&] {
-        return settle_mesh(outcome.mesh, attempt.topology, domain.model, attempt.fitted.unfitted, options,
-                           *outcome.stats, outcome.settle, context);
+        return settle_mesh(best.fitted.mesh, best.topology, domain.model, best.fitted.unfitted, settling,
+                           *best.stats, state.settle, context);
     });
     if (!done && done.error().code != ErrorCode::cancelled) return done;
-    if (!done) outcome.stats.reset();
+    state.phase = MeshPhase::settled;
+    if (done)
+        saving.save(state);
+    else
+        best.stats.reset();
     return Done{};
+}
+
+/// Moves what the stages came to to the outcome.
+void take_results(MeshState state, MeshOutcome& outcome, Topology& topology) {
+    MeshAttempt& best = *state.best;
+    outcome.refine = state.refined.stats;
+    outcome.trim_rounds = state.counts.trims.count;
+    outcome.fit_rounds = state.counts.fit_rounds;
+    outcome.attempts = std::move(state.attempts);
+    outcome.trim = best.trim;
+    outcome.fit = std::move(best.fit);
+    outcome.buffer = std::move(best.buffer);
+    outcome.start = std::move(best.start);
+    outcome.stats = std::move(best.stats);
+    outcome.mesh = std::move(best.fitted.mesh);
+    outcome.settle = std::move(state.settle);
+    topology = std::move(best.topology);
 }
 
 Status measure(const Domain& domain, const Topology& topology, const MeshOptions& options,
@@ -242,6 +309,23 @@ Status check_options(const MeshOptions& options) {
     return Done{};
 }
 
+/// From the checkpoint where that holds a state, else from refining.
+Result<MeshState> start_or_resume(const Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
+                                  StageClock& clock, Context& context, LeakPath* leak,
+                                  Checkpoint* checkpoint) {
+    if (checkpoint && checkpoint->has_state()) {
+        auto state = checkpoint->load(domain, clock, context);
+        if (state) outcome.resumed = name_of(state->phase);
+        return state;
+    }
+    context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
+    auto refined = clock.run("refine", [&] { return refine_to_count(domain, options, context, leak); });
+    if (!refined) return refined.error();
+    MeshState state(std::move(*refined));
+    Saving{checkpoint, clock, context}.save(state);
+    return state;
+}
+
 void describe_domain(const PreparedDomain& prepared, MeshOutcome& outcome) {
     outcome.weld = prepared.weld;
     outcome.orientation = prepared.orientation;
@@ -265,23 +349,21 @@ Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions&
 }
 
 Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
-                                Context& context, LeakPath* leak) {
+                                Context& context, LeakPath* leak, Checkpoint* checkpoint) {
     if (Status ok = check_options(options); !ok) return ok.error();
     MeshOutcome outcome;
     Domain& domain = prepared.domain;
     describe_domain(prepared, outcome);
-    context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
-    auto refined = clock.run("refine", [&] { return refine_to_count(domain, options, context, leak); });
-    if (!refined) return refined.error();
-    AttemptCounts counts;
-    auto attempt = Attempts(options, outcome, counts).run(*refined, domain, clock, context, leak);
-    if (!attempt) return attempt.error();
-    OptimizeOptions settling = options.optimize;
-    settling.time_limit_s = counts.optimize_s_left(options);
-    if (Status done = settle(*attempt, domain, settling, outcome, clock, context); !done) return done.error();
-    if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();
-    if (Status done = measure(domain, attempt->topology, options, outcome, clock, context); !done)
+    auto state = start_or_resume(domain, options, outcome, clock, context, leak, checkpoint);
+    if (!state) return state.error();
+    const Saving saving{checkpoint, clock, context};
+    if (Status done = Attempts(options, *state, domain, saving, clock, context).run(leak); !done)
         return done.error();
+    if (Status done = settle(*state, domain, options, saving, clock, context); !done) return done.error();
+    Topology topology;
+    take_results(std::move(*state), outcome, topology);
+    if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();
+    if (Status done = measure(domain, topology, options, outcome, clock, context); !done) return done.error();
     name_patches(outcome.mesh, domain, context.parallel());
     add_notes(outcome, domain, outcome.notes);
     return outcome;

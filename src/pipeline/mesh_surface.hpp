@@ -63,6 +63,7 @@ struct MeshOutcome {
     std::vector<Point> start;       ///< positions before the optimizer
     std::optional<CadReport> cad;   ///< where the boundary was moved onto CAD geometry
     std::vector<std::string> notes; ///< what the user should know, one sentence each
+    std::string resumed; ///< name of the phase that a checkpoint held; empty: the run began at the start
 };
 
 /// Where the surface leaks: octree cells from the inside to the outside, neighbour by neighbour.
@@ -70,12 +71,15 @@ struct LeakPath {
     HexMesh cells; ///< empty: no leak
 };
 
+class Checkpoint; // pipeline/checkpoint.hpp
+
 /// The flow in memory: refine and trim in turns, fit, buffer, optimize (again from a finer octree while cells
 /// fail), settle, measure, name patches. Errors: usage (an option out of range), bad_input (a surface that
 /// cannot be meshed; where it leaks *leak gets the path), out_of_memory, cancelled before the optimizer
-/// began.
+/// began. checkpoint: where the state between stages is kept; one with a state: the run goes on from there,
+/// to the same bits; bad_input where that state does not fit.
 Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
-                                Context& context, LeakPath* leak = nullptr);
+                                Context& context, LeakPath* leak = nullptr, Checkpoint* checkpoint = nullptr);
 
 /// prepare_domain() and mesh_domain().
 Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions& options, StageClock& clock,

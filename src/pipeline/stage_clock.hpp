@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,12 @@ class StageClock {
         const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
         times_.push_back({std::move(name), elapsed.count(), peak_memory_bytes()});
         return result;
+    }
+
+    /// Puts the stages of an earlier part of the run before those measured.
+    void add_earlier(std::vector<StageTime> times) {
+        times_.insert(times_.begin(), std::make_move_iterator(times.begin()),
+                      std::make_move_iterator(times.end()));
     }
 
     const std::vector<StageTime>& times() const { return times_; }

@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -392,6 +393,42 @@ class Interrupt(Command):
         code, stderr = self.interrupt(signal.SIGINT, "--keep-best")
         self.assertEqual(code, CANCELLED, stderr)
         self.assertEqual(run("quality", self.path("out.vtu")).returncode, OK)
+
+    def kill_at_checkpoint(self, arguments):
+        """Kills a run as soon as it has kept a state."""
+        process = subprocess.Popen([COMMAND, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        state = self.path("state") / "mesh.checkpoint"
+        while not state.exists() and process.poll() is None:
+            time.sleep(0.002)
+        process.kill()
+        self.assertEqual(process.wait(timeout=60), -signal.SIGKILL, "it ended before it was killed")
+
+    def test_killed_run_goes_on(self):
+        surface = self.make("in.stl", "wing")
+        common = ["mesh", surface, "--size", 14, "--repairs", 0, "--threads", 1]
+        self.assertEqual(run(*common, "-o", self.path("whole.vtu")).returncode, OK)
+        kept = [*common, "-o", self.path("out.vtu"), "--checkpoint", self.path("state")]
+        self.kill_at_checkpoint(kept)
+        self.assertFalse(self.path("out.vtu").exists())
+        self.assert_error(run(*kept), USAGE, "--resume")
+        self.assert_error(run(*kept, "--resume", "--gap-cells", 2), USAGE, "refine.gap_cells was 3 and is 2")
+        result = run(*kept, "--resume")
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertIn("going on with", result.stderr)
+        self.assertEqual(self.path("out.vtu").read_bytes(), self.path("whole.vtu").read_bytes())
+        self.assertFalse((self.path("state") / "mesh.checkpoint").exists())
+
+    def test_checkpoint_that_cannot_be(self):
+        surface = self.make("in.stl", "cylinder")
+        common = ["mesh", surface, "-o", self.path("out.vtu"), "--cells", 800]
+        self.assert_error(run(*common, "--resume"), USAGE, "--checkpoint")
+        self.assert_error(run(*common, "--resume", "--checkpoint", self.path("none")), BAD_INPUT, "none")
+        self.path("file").write_text("no folder")
+        self.assert_error(run(*common, "--checkpoint", self.path("file")), OUTPUT_FAILED, "file")
+        self.path("state").mkdir()
+        (self.path("state") / "mesh.checkpoint").write_text("no state")
+        self.assert_error(run(*common, "--resume", "--checkpoint", self.path("state")), BAD_INPUT, "mesh.checkpoint")
+        self.assertFalse(self.path("out.vtu").exists())
 
 
 if __name__ == "__main__":

@@ -368,3 +368,60 @@ TEST_CASE("what cannot be refined is refused or counted") {
     roots.cells[0][1] = roots.cells[0][0];
     REQUIRE_FALSE(CellRefinement::create(roots, Parallel(1)).has_value());
 }
+
+TEST_CASE("a refinement is made again from its roots and splits, and goes on the same way") {
+    for (const bool mixed : {false, true}) {
+        HexMesh roots = make_ball();
+        for (Index f = 0; f < 6; ++f) {
+            const Cell& cell = roots.cells[f + 1];
+            roots.boundary.push_back({{cell[4], cell[5], cell[6], cell[7]}, f % 2});
+        }
+        roots.patch_names = {"even", "odd"};
+        CellRefinement first = start(roots);
+        const auto refine_some = [&](CellRefinement& cells, std::uint64_t seed) {
+            Random choice(seed);
+            const std::vector<Index> leaves = cells.leaves();
+            std::vector<RefineRequest> requests;
+            for (int i = 0; i < 5; ++i)
+                requests.push_back({leaves[choice.below(leaves.size())],
+                                    mixed ? static_cast<AxisMask>(1 + choice.below(7)) : kAllAxes});
+            cells.refine(requests);
+        };
+        for (std::uint64_t round = 0; round < 6; ++round) {
+            refine_some(first, round);
+            auto second = CellRefinement::replay(first.roots(), first.splits(), Parallel(1));
+            REQUIRE(second);
+            CellRefinement on = first;
+            refine_some(on, 100 + round);
+            refine_some(*second, 100 + round);
+            const LeafMesh a = on.leaf_mesh(Parallel(1)), b = second->leaf_mesh(Parallel(1));
+            CHECK(a.leaf_node == b.leaf_node);
+            CHECK(a.mesh.positions == b.mesh.positions);
+            CHECK(a.mesh.cells == b.mesh.cells);
+            CHECK(a.mesh.hanging.vertex == b.mesh.hanging.vertex);
+            CHECK(a.mesh.hanging.master == b.mesh.hanging.master);
+            CHECK(a.mesh.patch_names == b.mesh.patch_names);
+            REQUIRE(a.mesh.boundary.size() == b.mesh.boundary.size());
+            CHECK(a.mesh.boundary.size() > 6);
+            for (std::size_t i = 0; i < a.mesh.boundary.size(); ++i) {
+                CHECK(a.mesh.boundary[i].vertices == b.mesh.boundary[i].vertices);
+                CHECK(a.mesh.boundary[i].patch == b.mesh.boundary[i].patch);
+            }
+        }
+    }
+}
+
+TEST_CASE("a history that cannot be is refused") {
+    const HexMesh roots = make_grid({2, 1, 1});
+    const auto replayed = [&](std::vector<RefineRequest> splits) {
+        return CellRefinement::replay(roots, splits, Parallel(1)).has_value();
+    };
+    CHECK(replayed({{0, 7}, {2, 7}}));
+    CHECK_FALSE(replayed({{0, 7}, {0, 7}})); // no leaf any more
+    CHECK_FALSE(replayed({{2, 7}, {0, 7}})); // not yet there
+    CHECK_FALSE(replayed({{0, 0}}));
+    CHECK_FALSE(replayed({{0, 8}}));
+    std::vector<RefineRequest> deep;
+    for (Index node = 0; deep.size() < 40; node = deep.size() == 1 ? 2 : node + 2) deep.push_back({node, 1});
+    CHECK_FALSE(replayed(deep));
+}

@@ -46,6 +46,7 @@ void report_verdict(const MeshCommand& command, const MeshJobResult& result, Ses
                 ? std::string("interrupted; nothing was written (--keep-best writes what was reached)")
                 : fmt::format("interrupted; the best mesh so far was written, {} of {} cells valid",
                               after.valid, after.cells)};
+        if (!command.job.checkpoint.empty()) error.reasons.emplace_back("--resume goes on with the run");
         break;
     default:
         return;
@@ -107,6 +108,13 @@ void add_mesh(CLI::App& app, Session& session) {
         ->type_name("FILE.png");
     command->add_option("--html", options->job.html, "Writes the run as a web page with pictures")
         ->type_name("FILE.html");
+    command
+        ->add_option("--checkpoint", options->job.checkpoint,
+                     "Keeps the run's state between stages in this folder, until the mesh is written")
+        ->type_name("DIR");
+    command->add_flag("--resume", options->job.resume,
+                      "Goes on with the run whose state --checkpoint's folder holds; the mesh is the same as "
+                      "if it had not been interrupted");
     command->add_flag("--keep-best", options->job.keep_best,
                       "Interrupted while optimizing: write the best mesh so far");
     add_mesh_flags(*command, {}, options->flags);

@@ -1,0 +1,292 @@
+#include "pipeline/archive_mesh_state.hpp"
+
+#include "mesh/validate_structure.hpp"
+#include "stages/refine/refine_history.hpp"
+
+#include <algorithm>
+
+namespace hexopt {
+
+template <>
+inline constexpr bool kIsPlain<BoundaryQuad> = sizeof(BoundaryQuad) == 5 * sizeof(Index);
+template <>
+inline constexpr bool kIsPlain<FittedMesh::RidgeEdge> = sizeof(FittedMesh::RidgeEdge) == 3 * sizeof(Index);
+
+// The structured bindings below name every member, so that one that is added cannot be forgotten here.
+
+template <class A>
+void archive(A& a, Hanging& value) {
+    auto& [vertex, offset, master, weight] = value;
+    a(vertex, offset, master, weight);
+}
+
+template <class A>
+void archive(A& a, HexMesh& value) {
+    auto& [positions, cells, level, hanging, boundary, patch_names, revision] = value;
+    a(positions, cells, level, hanging, boundary, patch_names, revision);
+}
+
+template <class A>
+void archive(A& a, Association& value) {
+    auto& [kind, entity] = value;
+    archive_enum(a, kind, EntityKind::hanging);
+    a(entity);
+}
+
+template <class A>
+void archive(A& a, FittedMesh& value) {
+    auto& [mesh, association, unfitted, ridges] = value;
+    a(mesh, association, unfitted, ridges);
+}
+
+template <class A, class T>
+void archive(A& a, Csr<T>& value) {
+    auto& [offset, item] = value;
+    a(offset, item);
+}
+
+template <class A>
+void archive(A& a, OptimizeStats& value) {
+    auto& [bad8_before, bad8_after, bad32_before, bad32_after, min_sj_before, min_sj_after, newton_steps,
+           sweeps, cg_iterations, seconds, restored_input, infeasible_cells, infeasible_groups, min_bad8,
+           min_bad32, notes] = value;
+    a(bad8_before, bad8_after, bad32_before, bad32_after, min_sj_before, min_sj_after, newton_steps, sweeps,
+      cg_iterations, seconds, restored_input, infeasible_cells, infeasible_groups, min_bad8, min_bad32,
+      notes);
+}
+
+template <class A>
+void archive(A& a, RefineStats& value) {
+    auto& [level_cells, split, spread, layers, balance, over_budget, repairs_over_budget, surface_size,
+           base_size] = value;
+    a(level_cells, split, spread, layers, balance, over_budget, repairs_over_budget, surface_size, base_size);
+}
+
+template <class A>
+void archive(A& a, RefineHistory& value) {
+    auto& [roots, split_node, split_mask, stats, mask, max_cells, finest_size, revision] = value;
+    a(roots, split_node, split_mask, stats, mask, max_cells, finest_size, revision);
+}
+
+template <class A>
+void archive(A& a, TrimReport& value) {
+    auto& [octree_cells, kept_cells, cut_cells, uncertain_cells, gap_removed, manifold_removed, tips_removed,
+           pits_filled, partial_filled, partial_removed, parts, parts_dropped, part_cells_dropped,
+           kept_volume, enclosed_volume, surface_area, bare_area, first_bare, half_faces, half_edges,
+           surface_quads, open_edges, nonmanifold_edges, nonmanifold_vertices] = value;
+    a(octree_cells, kept_cells, cut_cells, uncertain_cells, gap_removed, manifold_removed, tips_removed,
+      pits_filled, partial_filled, partial_removed, parts, parts_dropped, part_cells_dropped, kept_volume,
+      enclosed_volume, surface_area, bare_area, first_bare, half_faces, half_edges, surface_quads, open_edges,
+      nonmanifold_edges, nonmanifold_vertices);
+}
+
+template <class A>
+void archive(A& a, FitReport::ReleasedCurve& value) {
+    auto& [curve, reason] = value;
+    a(curve);
+    archive_enum(a, reason, fit::Release::small);
+}
+
+template <class A>
+void archive(A& a, FitReport& value) {
+    auto& [corners, curves, captured_corners, captured_curves, reroutes, released_curves, curve_length,
+           followed_length, largest_distance] = value;
+    a(corners, curves, captured_corners, captured_curves, reroutes, released_curves, curve_length,
+      followed_length, largest_distance);
+}
+
+template <class A>
+void archive(A& a, BufferCounts::RidgeCells& value) {
+    auto& [below_deg, edges] = value;
+    a(below_deg, edges);
+}
+
+template <class A>
+void archive(A& a, BufferCounts& value) {
+    auto& [cells, vertices, surface_quads, flat_quads, two_face_cells, ridge_cells] = value;
+    a(cells, vertices, surface_quads, flat_quads, two_face_cells, ridge_cells);
+}
+
+template <class A>
+void archive(A& a, SkippedSheet& value) {
+    auto& [kind, patches, fault, vertex, position, whole] = value;
+    archive_enum(a, kind, SheetKind::collar);
+    archive_enum(a, fault, SheetFault::crowded);
+    a(patches, vertex, position, whole);
+}
+
+template <class A>
+void archive(A& a, BufferReport& value) {
+    auto& [before, after, groups, pillows, collars, passes, joined_groups, skipped] = value;
+    a(before, after, groups, pillows, collars, passes, joined_groups, skipped);
+}
+
+template <class A>
+void archive(A& a, MeshAttempt& value) {
+    auto& [fitted, topology, start, stats, trim, fit, buffer, failed] = value;
+    a(fitted, start, stats, trim, fit, buffer, failed); // the topology follows from the mesh
+}
+
+template <class A>
+void archive(A& a, AttemptCount& value) {
+    auto& [cells, failed, refined] = value;
+    a(cells, failed, refined);
+}
+
+template <class A>
+void archive(A& a, AttemptCounts& value) {
+    auto& [trims, fit_rounds, fit_repairs, optimize_s] = value;
+    a(trims.count, fit_rounds, fit_repairs, optimize_s);
+}
+
+template <class A>
+void archive(A& a, BackedOffVertex& value) {
+    auto& [vertex, kind, position, distance] = value;
+    archive_enum(a, kind, EntityKind::hanging);
+    a(vertex, position, distance);
+}
+
+template <class A>
+void archive(A& a, RetreatReport& value) {
+    auto& [bad_before, bad_after, touching_before, touching_after, attempts, moved, beyond_max] = value;
+    a(bad_before, bad_after, touching_before, touching_after, attempts, moved, beyond_max);
+}
+
+template <class A>
+void archive(A& a, SettleReport& value) {
+    auto& [deviation_rel, backed_off_count, backed_off, retreat] = value;
+    a(deviation_rel, backed_off_count, backed_off, retreat);
+}
+
+template <class A>
+void archive(A& a, StageTime& value) {
+    auto& [stage, seconds, peak_memory_bytes] = value;
+    a(stage, seconds, peak_memory_bytes);
+}
+
+namespace {
+
+template <class A>
+void archive_rest(A& a, MeshState& state) {
+    archive_enum(a, state.phase, MeshPhase::settled);
+    a(state.first_cells, state.round, state.joins, state.counts, state.attempts, state.current, state.best,
+      state.settle);
+}
+
+bool are_below(const std::vector<Index>& list, std::size_t count) {
+    return std::all_of(list.begin(), list.end(), [&](Index i) { return i < count; });
+}
+
+bool is_bound(const Association& bound, const BoundaryModel& model) {
+    switch (bound.kind) {
+    case EntityKind::patch:
+        return bound.entity < model.patch_count();
+    case EntityKind::curve:
+        return bound.entity < model.curve_count();
+    case EntityKind::corner:
+        return bound.entity < model.corner_count();
+    default:
+        return true;
+    }
+}
+
+bool fits(const OptimizeStats& stats, std::size_t cells) {
+    const Csr<Index>& groups = stats.infeasible_groups;
+    return are_below(stats.infeasible_cells, cells) && are_below(groups.item, cells) &&
+           !groups.offset.empty() && groups.offset.front() == 0 &&
+           std::is_sorted(groups.offset.begin(), groups.offset.end()) &&
+           groups.offset.back() == groups.item.size();
+}
+
+/// Whether the parts of an attempt belong together and to the domain; the structure of its mesh aside.
+bool fits(const MeshAttempt& attempt, const Domain& domain) {
+    const FittedMesh& fitted = attempt.fitted;
+    const std::size_t vertices = fitted.mesh.vertex_count(), cells = fitted.mesh.cell_count();
+    const BoundaryModel& model = domain.model;
+    const auto is_sized = [&](const std::vector<Point>& points) {
+        return points.empty() || points.size() == vertices;
+    };
+    return fitted.association.size() == vertices && is_sized(fitted.unfitted) && is_sized(attempt.start) &&
+           std::all_of(fitted.association.begin(), fitted.association.end(),
+                       [&](const Association& bound) { return is_bound(bound, model); }) &&
+           std::all_of(fitted.ridges.begin(), fitted.ridges.end(),
+                       [&](const FittedMesh::RidgeEdge& ridge) {
+                           return ridge.a < vertices && ridge.b < vertices &&
+                                  ridge.curve < model.curve_count();
+                       }) &&
+           std::all_of(fitted.mesh.boundary.begin(), fitted.mesh.boundary.end(),
+                       [&](const BoundaryQuad& quad) {
+                           return quad.patch == kNoIndex || quad.patch < model.patch_count();
+                       }) &&
+           std::all_of(attempt.fit.released_curves.begin(), attempt.fit.released_curves.end(),
+                       [&](const auto& released) { return released.curve < model.curve_count(); }) &&
+           are_below(attempt.failed, cells) && (!attempt.stats || fits(*attempt.stats, cells));
+}
+
+Error refusal(std::string reason) {
+    return make_error(ErrorCode::bad_input, "checkpoint", "", std::move(reason));
+}
+
+Status complete(std::optional<MeshAttempt>& attempt, const Domain& domain, Context& context) {
+    if (!attempt) return Done{};
+    if (!fits(*attempt, domain)) return refusal("its mesh does not fit the surface");
+    const HexMesh& mesh = attempt->fitted.mesh;
+    if (Status sound = require_structure(mesh, "checkpoint", context.parallel()); !sound) return sound;
+    attempt->topology = compute_topology(mesh, context.parallel());
+    return Done{};
+}
+
+bool has_what_comes_next(const MeshState& state) {
+    switch (state.phase) {
+    case MeshPhase::refined:
+        return !state.current;
+    case MeshPhase::fitted:
+        return state.current.has_value();
+    default:
+        return state.best && state.best->stats && !state.current;
+    }
+}
+
+} // namespace
+
+const char* name_of(MeshPhase phase) {
+    switch (phase) {
+    case MeshPhase::refined:
+        return "refined";
+    case MeshPhase::fitted:
+        return "fitted";
+    case MeshPhase::attempted:
+        return "attempted";
+    case MeshPhase::settled:
+        return "settled";
+    }
+    return "unknown";
+}
+
+void write_state(ArchiveWriter& writer, const MeshState& state, const std::vector<StageTime>& times) {
+    writer(times, make_history(state.refined));
+    archive_rest(writer, const_cast<MeshState&>(state)); // the same function reads; writing changes nothing
+}
+
+Result<MeshState> read_state(ArchiveReader& reader, const Domain& domain, std::vector<StageTime>& times,
+                             Context& context) {
+    RefineHistory history;
+    reader(times, history);
+    if (!reader.is_sound()) return refusal("its bytes are no state of a run");
+    if (history.finest_size.size() != domain.model.patch_count())
+        return refusal("its sizes do not fit the surface");
+    auto refined = replay_history(std::move(history), context);
+    if (!refined) return refined.error();
+    MeshState state(std::move(*refined));
+    archive_rest(reader, state);
+    if (!reader.is_sound() || !reader.at_end()) return refusal("its bytes are no state of a run");
+    if (!has_what_comes_next(state) || state.round < 0 || state.joins < 0)
+        return refusal("its state is not one that a run can be in");
+    for (std::optional<MeshAttempt>* attempt : {&state.current, &state.best})
+        if (Status done = complete(*attempt, domain, context); !done) return done.error();
+    if (state.settle.backed_off.size() > state.settle.backed_off_count)
+        return refusal("its state is not one that a run can be in");
+    return state;
+}
+
+} // namespace hexopt

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "pipeline/mesh_attempt.hpp"
+#include "pipeline/mesh_surface.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace hexopt {
+
+/// How far a run has come.
+enum class MeshPhase : std::uint8_t {
+    refined,   ///< the octree is ready for attempt number `round`
+    fitted,    ///< `current` is to be optimized
+    attempted, ///< `best` is to be settled
+    settled,   ///< `best` is
+};
+/// "refined", ...
+const char* name_of(MeshPhase phase);
+
+/// A run between two of its stages: all that the rest of it hangs on but for the domain and the options.
+struct MeshState {
+    explicit MeshState(RefineOutput output)
+        : refined(std::move(output)), first_cells(refined.octree.cell_count()) {}
+
+    MeshPhase phase = MeshPhase::refined;
+    RefineOutput refined;
+    std::size_t first_cells;            ///< of the octree that the first attempt began with
+    int round = 0;                      ///< attempts before this one; planar: repairs
+    int joins = 0;                      ///< planar: times that cells were refined to join parts
+    AttemptCounts counts;               ///< its memory of trims only saves time
+    std::vector<AttemptCount> attempts; ///< that have ended
+    std::optional<MeshAttempt> current; ///< under way
+    std::optional<MeshAttempt> best;    ///< of those that have ended; after settling the settled mesh
+    SettleReport settle;
+};
+
+} // namespace hexopt
