@@ -1,7 +1,9 @@
 #include "io/domain_file.hpp"
 #include "io/read_feature_lines.hpp"
+#include "io/read_surface.hpp"
 #include "pipeline/mesh_keys.hpp"
 #include "pipeline/mesh_pipeline.hpp"
+#include "stages/refine/region_surface.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -70,6 +72,24 @@ Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJo
         if (*digest) prepared->cad.push_back({path, **digest, job.tessellation});
     }
     return prepared;
+}
+
+Status load_region_surfaces(MeshJob& job, StageClock& clock, Context& context) {
+    for (RegionTarget& region : job.options.refine.regions) {
+        if (region.file.empty() || region.surface) continue;
+        auto made = clock.run("read_region", [&]() -> Result<std::shared_ptr<const RegionSurface>> {
+            auto soup = read_surface(region.file, job.tessellation, context);
+            if (!soup) return soup.error();
+            return RegionSurface::create(*soup, context);
+        });
+        if (!made) {
+            Error error = made.error();
+            if (error.where.empty()) error.where = region.file;
+            return error;
+        }
+        region.surface = std::move(*made);
+    }
+    return Done{};
 }
 
 Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context) {

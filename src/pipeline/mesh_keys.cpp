@@ -241,8 +241,8 @@ MeshKey surface_level_key() {
 MeshKey regions_key() {
     return {"refine.regions",
             "--region",
-            "Sizes in regions: 'box X,Y,Z,X,Y,Z', 'sphere X,Y,Z,R', 'cylinder X,Y,Z,X,Y,Z,R' or 'patch "
-            "NAME', then "
+            "Sizes in regions: 'box X,Y,Z,X,Y,Z', 'sphere X,Y,Z,R', 'cylinder X,Y,Z,X,Y,Z,R', 'patch NAME', "
+            "'inside FILE' of a closed surface or 'near FILE' of any, then "
             "'size=X' or 'level=N', and 'within=X' for a distance round it, model units",
             Kind::texts,
             "TEXT",

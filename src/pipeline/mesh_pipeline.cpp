@@ -120,7 +120,8 @@ Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context
 
 } // namespace
 
-Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
+Result<MeshJobResult> run_mesh_job(const MeshJob& given, Context& context) {
+    MeshJob job = given;
     if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
         return status.error();
     if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
@@ -130,6 +131,7 @@ Result<MeshJobResult> run_mesh_job(const MeshJob& job, Context& context) {
     StageClock clock;
     context.set_progress_range(0, progress::kSurfaceEnd);
     context.report("read", 0);
+    if (auto status = load_region_surfaces(job, clock, context); !status) return status.error();
     auto outcome = std::any_of(job.surfaces.begin(), job.surfaces.end(), is_outline_name)
                        ? mesh_outlines(job, clock, context, kept)
                        : mesh_surfaces(job, clock, context, kept);

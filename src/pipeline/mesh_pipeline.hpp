@@ -58,6 +58,10 @@ Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context);
 Result<TriangleSoup> read_surfaces(const std::vector<std::filesystem::path>& paths,
                                    const TessellationOptions& tessellation, Context& context);
 
+/// Reads the surfaces that bound regions of the job's refinement and have not been read. Errors: those of
+/// reading and of RegionSurface::create(), with the file's name.
+Status load_region_surfaces(MeshJob& job, StageClock& clock, Context& context);
+
 /// The run as JSON; keys in docs/report.md.
 nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result);
 

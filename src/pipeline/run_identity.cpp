@@ -52,6 +52,13 @@ Result<RunIdentity> identify_run(const MeshJob& job, Context& context) {
     if (!job.initial_mesh.empty())
         if (Status done = add_file(identity, "initial mesh", job.initial_mesh, context); !done)
             return done.error();
+    const auto& regions = job.options.refine.regions;
+    for (std::size_t i = 0; i < regions.size(); ++i)
+        if (!regions[i].file.empty())
+            if (Status done =
+                    add_file(identity, fmt::format("file of region {}", i + 1), regions[i].file, context);
+                !done)
+                return done.error();
     for (const MeshKey& key : mesh_keys())
         if (!key.name.starts_with("output.") && key.name != "features.lines" &&
             key.name != "refine.initial_mesh")

@@ -10,10 +10,12 @@ namespace hexopt {
 
 namespace {
 
-constexpr std::array<std::pair<const char*, RegionShape>, 4> kShapes = {{{"box", RegionShape::box},
+constexpr std::array<std::pair<const char*, RegionShape>, 6> kShapes = {{{"box", RegionShape::box},
                                                                          {"sphere", RegionShape::sphere},
                                                                          {"cylinder", RegionShape::cylinder},
-                                                                         {"patch", RegionShape::patch}}};
+                                                                         {"patch", RegionShape::patch},
+                                                                         {"inside", RegionShape::inside},
+                                                                         {"near", RegionShape::near}}};
 
 std::vector<std::string> split_words(const std::string& text) {
     std::istringstream in(text);
@@ -84,9 +86,11 @@ std::string parse_region(const std::string& text, RegionTarget& region) {
     bool is_known = false;
     for (const auto& [name, shape] : kShapes)
         if (words[0] == name) region.shape = shape, is_known = true;
-    if (!is_known) return "the shape must be box, sphere, cylinder or patch";
+    if (!is_known) return "the shape must be box, sphere, cylinder, patch, inside or near";
     if (region.shape == RegionShape::patch) {
         region.patch = words[1] == "*" ? std::string() : words[1];
+    } else if (region.shape == RegionShape::inside || region.shape == RegionShape::near) {
+        region.file = words[1];
     } else {
         std::vector<double> numbers;
         if (!parse_numbers(words[1], numbers) || !place_shape(numbers, region))
@@ -118,6 +122,12 @@ std::string to_text(const RegionTarget& region) {
         break;
     case RegionShape::patch:
         place = "patch " + (region.patch.empty() ? std::string(1, '*') : region.patch);
+        break;
+    case RegionShape::inside:
+        place = "inside " + region.file;
+        break;
+    case RegionShape::near:
+        place = "near " + region.file;
         break;
     }
     const std::string within =

@@ -1,5 +1,6 @@
 #include "io/scratch.hpp"
 #include "pipeline/mesh_keys.hpp"
+#include "pipeline/size_texts.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -134,9 +135,9 @@ TEST_CASE("configuration: wrong kinds, ranges and syntax are refused") {
 }
 
 TEST_CASE("configuration: regions and curves that cannot be understood are refused") {
-    for (const char* text :
-         {"cube 0,0,0 size=1", "sphere 0,0,0 size=1", "box 0,0,0,1,1,1", "sphere 0,0,0,1 size=0",
-          "sphere 0,0,0,1 width=3", "sphere 0,0,x,1 size=1", "sphere"}) {
+    for (const char* text : {"cube 0,0,0 size=1", "sphere 0,0,0 size=1", "box 0,0,0,1,1,1",
+                             "sphere 0,0,0,1 size=0", "sphere 0,0,0,1 width=3", "sphere 0,0,x,1 size=1",
+                             "sphere", "inside a.stl", "near within=1 level"}) {
         INFO(text);
         MeshJob job;
         CHECK_FALSE(set_mesh_key(job, "refine.regions", std::vector<std::string>{text}, "--region"));
@@ -147,6 +148,20 @@ TEST_CASE("configuration: regions and curves that cannot be understood are refus
         MeshJob job;
         CHECK_FALSE(set_mesh_key(job, "refine.curves", std::vector<std::string>{text}, "--curve"));
     }
+}
+
+TEST_CASE("configuration: regions are written as they are read") {
+    const std::vector<std::string> texts = {
+        "box 0,0,0,1,2,3 size=0.5", "sphere 0,1,2,3 level=4 within=0.5", "cylinder 0,0,0,0,0,1,2 size=1",
+        "patch * size=2 within=3",  "inside box.stl size=1 within=2",    "near folder/wake.obj level=3"};
+    MeshJob job, again;
+    REQUIRE(set_mesh_key(job, "refine.regions", texts, "--region"));
+    REQUIRE(read_mesh_config_text(dump_mesh_config(job), "dump", again));
+    std::vector<std::string> written;
+    for (const RegionTarget& region : again.options.refine.regions) written.push_back(to_text(region));
+    CHECK(written == texts);
+    CHECK(again.options.refine.regions[4].shape == RegionShape::inside);
+    CHECK(again.options.refine.regions[5].file == "folder/wake.obj");
 }
 
 TEST_CASE("configuration: seeds may be lists of points") {

@@ -3,6 +3,7 @@
 #include "io/scratch.hpp"
 #include "io/write_surface.hpp"
 #include "mesh/topology.hpp"
+#include "pipeline/mesh_keys.hpp"
 #include "pipeline/mesh_pipeline.hpp"
 #include "samples/geometry/geometries.hpp"
 #include "samples/geometry/solid.hpp"
@@ -222,6 +223,44 @@ TEST_CASE("several files: each is a patch named after it") {
          {"read", "orient", "domain", "refine", "trim", "fit", "buffer", "optimize", "write"})
         CHECK(stages.count(stage) == 1);
     CHECK(test::slurp(job.html).find("<html") != std::string::npos);
+}
+
+TEST_CASE("regions may be bounded by surfaces of files") {
+    const test::Scratch scratch;
+    Context context(2);
+    REQUIRE(write_surface(scratch / "in.stl", cube(0, 2), {}, context));
+    REQUIRE(write_surface(scratch / "box.stl", cube(1.2, 2.5), {}, context));
+    MeshJob job;
+    job.surfaces = {scratch / "in.stl"};
+    job.output = scratch / "out.vtu";
+    job.options.refine.surface.size = 0.3;
+    const auto region = [&](const std::string& text) {
+        job.options.refine.regions.clear();
+        return set_mesh_key(job, "refine.regions", std::vector<std::string>{text}, "--region");
+    };
+    const auto coarse_mesh = run_mesh_job(job, context);
+    REQUIRE(coarse_mesh);
+    REQUIRE(region("inside " + (scratch / "box.stl").string() + " size=0.1"));
+    const auto result = run_mesh_job(job, context);
+    INFO((result ? "" : result.error().one_line()));
+    REQUIRE(result);
+    CHECK(result->outcome.verdict == ErrorCode::ok);
+    std::size_t in_box = 0, elsewhere = 0;
+    const HexMesh& mesh = result->outcome.mesh;
+    for (const Cell& cell : mesh.cells) {
+        Point centre(0);
+        for (Index v : cell) centre += mesh.positions[v] / 8.0;
+        ++(std::min({centre.x, centre.y, centre.z}) > 1.2 ? in_box : elsewhere);
+    }
+    CHECK(in_box > 512); // 0.8 / 0.1 cells each way
+    CHECK(mesh.cell_count() > 2 * coarse_mesh->outcome.mesh.cell_count());
+    for (const char* missing : {"none.stl", "in.txt"}) {
+        REQUIRE(region("inside " + (scratch / missing).string() + " size=0.1"));
+        const auto refused = run_mesh_job(job, context);
+        REQUIRE_FALSE(refused);
+        CHECK(refused.error().code == ErrorCode::bad_input);
+        CHECK(refused.error().one_line().find(missing) != std::string::npos);
+    }
 }
 
 TEST_CASE("a cancelled run leaves the earlier file") {

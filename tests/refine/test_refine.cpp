@@ -1,4 +1,5 @@
 #include "stages/refine/refine.hpp"
+#include "stages/refine/region_surface.hpp"
 #include "stages/refine/surface_elements.hpp"
 
 #include "core/random.hpp"
@@ -294,6 +295,88 @@ TEST_CASE("curves and regions may ask for a size") {
     REQUIRE(size_at(layer, Point(2, 2, 1)) > 0.2);
 }
 
+namespace {
+
+std::shared_ptr<const RegionSurface> region_surface(const TriangleSoup& soup) {
+    Context context(2);
+    auto made = RegionSurface::create(soup, context);
+    if (!made) FAIL(made.error().one_line());
+    return *made;
+}
+
+void append(TriangleSoup& all, const TriangleSoup& part) {
+    const Index first = static_cast<Index>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), part.vertices.begin(), part.vertices.end());
+    for (const auto& [a, b, c] : part.triangles) all.triangles.push_back({first + a, first + b, first + c});
+    all.patch.resize(all.triangles.size(), 0);
+}
+
+} // namespace
+
+TEST_CASE("a region may be what a closed surface encloses, less its cavities") {
+    const Domain domain = make_domain(make_box({4, 4, 4}));
+    RefineOptions options = only_sizes(0.5);
+    // A shell between two spheres; which way the triangles of either point does not matter.
+    TriangleSoup shell = make_sphere(1.2, 40, Point(2));
+    append(shell, make_sphere(0.5, 40, Point(2)));
+    RegionTarget region;
+    region.shape = RegionShape::inside;
+    region.surface = region_surface(shell);
+    region.target.size = 0.07;
+    options.regions = {region};
+    options.rings = 1;
+    const RefineOutput out = run(domain, options);
+    REQUIRE(out.stats.split[static_cast<std::size_t>(RefineCriterion::region)] > 0);
+    REQUIRE(size_at(out, Point(2.01)) > 0.07); // in the middle of the cavity
+    std::size_t inside = 0, outside = 0;
+    for (Index c = 0; c < out.octree.cell_count(); ++c) {
+        const bool is_fine = size_range(out.octree, c)[1] <= 0.07;
+        const double r = glm::distance(node_box(out.refinement, out.leaf_node[c]).centre(), Point(2));
+        if (r > 0.5 && r < 1.2) REQUIRE(is_fine);
+        if (r < 0.1 || r > 2.2) REQUIRE_FALSE(is_fine);
+        ++(is_fine ? inside : outside);
+    }
+    REQUIRE(inside > 1000);
+    REQUIRE(outside > 100);
+
+    region.distance = 0.6;
+    options.regions = {region};
+    const RefineOutput wider = run(domain, options);
+    for (Index c = 0; c < wider.octree.cell_count(); ++c)
+        if (glm::distance(node_box(wider.refinement, wider.leaf_node[c]).centre(), Point(2)) < 1.75)
+            REQUIRE(size_range(wider.octree, c)[1] <= 0.07);
+    REQUIRE(size_at(wider, Point(3.9)) > 0.2);
+}
+
+TEST_CASE("a region may be what is near another surface, closed or not") {
+    const Domain domain = make_domain(make_box({4, 4, 4}));
+    RefineOptions options = only_sizes(0.5);
+    TriangleSoup sheet;
+    sheet.patch_names = {"wake"};
+    append_quad(sheet, {Point(1, 1, 2), Point(3, 1, 2), Point(3, 3, 2), Point(1, 3, 2)}, 0);
+    RegionTarget region;
+    region.shape = RegionShape::near;
+    region.surface = region_surface(sheet);
+    region.target.size = 0.07;
+    region.distance = 0.2;
+    options.regions = {region};
+    const RefineOutput out = run(domain, options);
+    for (const Point& p : {Point(2, 2, 2.15), Point(2, 2, 1.85), Point(1, 3, 2.1), Point(3.1, 3.1, 2)})
+        REQUIRE(size_at(out, p) <= 0.07);
+    for (const Point& p : {Point(2, 2, 3.2), Point(2, 2, 0.8), Point(3.8, 2, 2)})
+        REQUIRE(size_at(out, p) > 0.13);
+
+    Context context(1);
+    region.shape = RegionShape::inside; // the sheet encloses nothing
+    region.file = "wake.stl";
+    options.regions = {region};
+    const auto refused = refine(domain, options, context);
+    REQUIRE_FALSE(refused);
+    REQUIRE(refused.error().code == ErrorCode::bad_input);
+    REQUIRE(refused.error().one_line().find("wake.stl") != std::string::npos);
+    REQUIRE(refused.error().one_line().find("4 open edges") != std::string::npos);
+}
+
 TEST_CASE("without a size the number of cells inside is about the wanted one") {
     const Domain domain = make_domain(make_sphere(1, 60));
     RefineOptions options;
@@ -515,6 +598,7 @@ TEST_CASE("options out of range are refused") {
     refused_region([](RegionTarget& r) { r.shape = RegionShape::sphere; });
     refused_region([](RegionTarget& r) { r.shape = RegionShape::cylinder, r.radius = 1; });
     refused_region([](RegionTarget& r) { r.shape = RegionShape::patch, r.patch = "none"; });
+    refused_region([](RegionTarget& r) { r.shape = RegionShape::near; });
     refused([](RefineOptions& o) {
         o.initial.mesh = HexMesh{};
         o.initial.base_size = 1;

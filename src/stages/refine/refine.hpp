@@ -6,6 +6,7 @@
 #include "mesh/refine_cells.hpp"
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,7 +34,16 @@ struct CurveTarget {
     TargetSize target;
 };
 
-enum class RegionShape : std::uint8_t { box, sphere, cylinder, patch };
+class RegionSurface; // stages/refine/region_surface.hpp
+
+enum class RegionShape : std::uint8_t {
+    box,
+    sphere,
+    cylinder,
+    patch,  ///< of the surface that is meshed
+    inside, ///< what another surface, a closed one, encloses
+    near,   ///< another surface itself, closed or not
+};
 
 /// Size of the cells inside a shape or within a distance of it.
 struct RegionTarget {
@@ -42,7 +52,9 @@ struct RegionTarget {
     Point high = Point(0); ///< box: upper bounds; cylinder: the other end of its axis
     double radius = 0;     ///< sphere, cylinder; model units
     std::string patch;     ///< patch: its name, empty for the whole surface
-    double distance = 0;   ///< how far outside of the shape the size still holds, model units
+    std::string file;      ///< inside, near: what the surface was read from, for messages
+    std::shared_ptr<const RegionSurface> surface; ///< inside, near
+    double distance = 0; ///< how far outside of the shape the size still holds, model units
     TargetSize target;
 };
 

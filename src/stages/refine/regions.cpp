@@ -1,5 +1,7 @@
 #include "stages/refine/regions.hpp"
 
+#include "stages/refine/region_surface.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -46,6 +48,10 @@ const char* find_fault(const RegionTarget& region) {
         break;
     case RegionShape::patch:
         break;
+    case RegionShape::inside:
+    case RegionShape::near:
+        if (!region.surface) return "has no surface";
+        break;
     }
     return "";
 }
@@ -59,6 +65,12 @@ Result<Regions> Regions::create(const Domain& domain, const RefineOptions& optio
         const std::string where = "region " + std::to_string(r + 1);
         if (const std::string fault = find_fault(target); !fault.empty())
             return make_error(ErrorCode::usage, "refine", where, fault);
+        if (target.shape == RegionShape::inside && !target.surface->is_closed())
+            return make_error(
+                ErrorCode::bad_input, "refine",
+                target.file.empty() ? where : where + " (" + target.file + ")",
+                "the surface has " + std::to_string(target.surface->open_edges()) +
+                    " open edges and encloses nothing; close it, or give 'near' with a distance");
         Region region{target, goal_of(target.target), {}};
         if (target.shape == RegionShape::patch && !target.patch.empty()) {
             region.patches = patches_of_name(domain, target.patch);
@@ -82,7 +94,7 @@ double Regions::distance(const Region& region, const Point& at, double reach) co
         return std::max(0.0, glm::distance(target.low, at) - target.radius);
     case RegionShape::cylinder:
         return cylinder_distance(target.low, target.high, target.radius, at);
-    case RegionShape::patch:
+    default:
         break;
     }
     double nearest = reach;
@@ -91,14 +103,21 @@ double Regions::distance(const Region& region, const Point& at, double reach) co
     return nearest;
 }
 
+bool Regions::may_meet(const Region& region, const Point& at, double half) const {
+    const RegionTarget& target = region.target;
+    const double reach = target.distance + half;
+    if (target.shape == RegionShape::near) return target.surface->is_near(at, reach);
+    if (target.shape == RegionShape::inside)
+        return target.surface->is_inside(at) || target.surface->is_near(at, reach);
+    return distance(region, at, 2 * reach) <= reach;
+}
+
 bool Regions::wants_split(const CellRefinement& refinement, Index node, AxisMask mask) const {
     const Box box = node_box(refinement, node);
     const double size = node_size(refinement, node, mask), half = glm::distance(box.low, box.high) / 2;
     const int depth = refinement.node(node).depth();
     return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) {
-        if (!region.goal.wants_split(size, depth)) return false;
-        const double reach = region.target.distance + half;
-        return distance(region, box.centre(), 2 * reach) <= reach;
+        return region.goal.wants_split(size, depth) && may_meet(region, box.centre(), half);
     });
 }
 

@@ -22,6 +22,8 @@ class Regions {
         std::vector<Index> patches; ///< RegionShape::patch
     };
     explicit Regions(const Domain& domain) : domain_(&domain) {}
+    /// Whether the region or what is within its distance comes within `half` of a point.
+    bool may_meet(const Region& region, const Point& at, double half) const;
     double distance(const Region& region, const Point& at, double reach) const;
 
     const Domain* domain_;
