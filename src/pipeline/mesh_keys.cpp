@@ -338,6 +338,10 @@ std::vector<MeshKey> surface_keys() {
                HEXOPT_FIELD(options.features.corner_turn_deg)),
         yes_no("features.patch_borders", "--patch-borders", "Borders between named patches are features",
                HEXOPT_FIELD(options.features.patch_borders)),
+        yes_no("features.weak", "--weak-features",
+               "Long creases below the feature angle are features where cells across them would leave the "
+               "surface",
+               HEXOPT_FIELD(options.weak_features)),
         feature_files_key(),
         number("features.reach", "--features-reach",
                "How far lines of --features may be from the surface, as a fraction of its diagonal",

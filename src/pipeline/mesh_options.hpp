@@ -27,6 +27,10 @@ struct MeshOptions {
         sharp.feature_angle_deg = 30;
         return sharp;
     }();
+    /// Whether long creases below the feature angle are followed too where quads across them would leave the
+    /// surface by more than refine.chord_error_rel (find_weak_creases()). Not where the surface's size is
+    /// given as a level.
+    bool weak_features = true;
     std::vector<FeatureLines> feature_lines; ///< features whatever their angle
     /// How far these may be from the surface, as a fraction of its diagonal; 0..0.01.
     double feature_reach_rel = 1e-3;

@@ -22,6 +22,7 @@ constexpr std::string_view kOnlyInSpace[] = {
     "features.patch_borders",
     "features.lines",
     "features.reach",
+    "features.weak",
     "optimize.cad_projection",
     "optimize.repairs",
     "refine.feature_cells",

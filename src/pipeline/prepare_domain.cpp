@@ -1,6 +1,7 @@
 #include "pipeline/prepare_domain.hpp"
 
 #include "domain/insert_features.hpp"
+#include "domain/surface_creases.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -70,6 +71,30 @@ Result<FeaturedSurface> add_feature_lines(TriangleSoup soup, const MeshOptions& 
     });
 }
 
+/// Size of the cells at the surface as far as it is known before there is a mesh, model units; 0: not known.
+double expect_cell_size(const TriangleSoup& soup, const RefineOptions& refine) {
+    /// Cells of a finished mesh for each quad of its boundary: 3 to 4.5 on real models.
+    constexpr double kCellsPerQuad = 3.5;
+    if (refine.surface.is_given()) return refine.surface.size;
+    double area = 0;
+    for (const auto& [a, b, c] : soup.triangles)
+        area += 0.5 * glm::length(glm::cross(soup.vertices[b] - soup.vertices[a],
+                                             soup.vertices[c] - soup.vertices[a]));
+    return std::sqrt(kCellsPerQuad * area / wanted_cells(refine));
+}
+
+/// Adds creases that are no features by angle but that quads across them would not follow.
+Status add_weak_creases(const MeshOptions& options, FeaturedSurface& featured) {
+    const RefineOptions& refine = options.refine;
+    if (!options.weak_features || !(refine.chord_error_rel > 0)) return Done{};
+    auto creases = find_weak_creases(
+        featured.soup, options.features,
+        {expect_cell_size(featured.soup, refine), refine.chord_error_rel * compute_diagonal(featured.soup)});
+    if (!creases) return creases.error();
+    featured.edges.insert(featured.edges.end(), creases->begin(), creases->end());
+    return Done{};
+}
+
 } // namespace
 
 Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOptions& options,
@@ -93,6 +118,8 @@ Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOpt
     auto featured = add_feature_lines(std::move(oriented->soup), options, clock, context);
     if (!featured) return featured.error();
     prepared.feature_triangles = featured->cut_triangles;
+    if (Status ok = clock.run("weak_features", [&] { return add_weak_creases(options, *featured); }); !ok)
+        return ok.error();
     auto domain = clock.run(
         "domain", [&] { return build_domain(featured->soup, options.features, context, featured->edges); });
     if (!domain) return domain.error();

@@ -198,6 +198,38 @@ TEST_CASE("cells turn by no more than the angle of normals where levels allow") 
     REQUIRE(coarsest_small < 0.13);
 }
 
+TEST_CASE("creases inside a patch are refined until chords across them stay near the surface") {
+    // A box whose top is a roof of 2 x 11.3 degrees, in one patch with it.
+    TriangleSoup soup;
+    append_box(soup, {0, 0, 0}, {4, 4, 1});
+    const std::array<Point, 6> top = {Point(0, 0, 1), Point(2, 0, 1.4), Point(4, 0, 1),
+                                      Point(0, 4, 1), Point(2, 4, 1.4), Point(4, 4, 1)};
+    soup.triangles.resize(10);
+    soup.patch.resize(10);
+    append_quad(soup, {top[0], top[1], top[4], top[3]}, 5);
+    append_quad(soup, {top[1], top[2], top[5], top[4]}, 5);
+    for (Index end : {0, 1}) { // gables
+        const Index first = static_cast<Index>(soup.vertices.size());
+        for (Index k : {0, 1, 2}) soup.vertices.push_back(top[3 * end + k]);
+        soup.triangles.push_back(end == 0 ? std::array<Index, 3>{first, first + 2, first + 1}
+                                          : std::array<Index, 3>{first, first + 1, first + 2});
+        soup.patch.push_back(2 + end);
+    }
+    const Domain domain = make_domain(soup);
+    RefineOptions options;
+    options.surface.size = 0.6;
+    options.gap_cells = options.wall_cells = options.feature_cells = 0;
+    options.normal_angle_deg = 180;
+    options.surface_rings = 0;
+    options.chord_error_rel = 0;
+    REQUIRE(size_at(run(domain, options), {2, 2, 1.4}) > 0.3);
+    options.chord_error_rel = 0.02 / domain.model.diagonal(); // 22.6 degrees times size over 4
+    const RefineOutput out = run(domain, options);
+    require_sound(out.octree);
+    REQUIRE(size_at(out, {2, 2, 1.4}) <= 0.21);
+    REQUIRE(size_at(out, {0.3, 2, 0}) > 0.3);
+}
+
 TEST_CASE("gaps get their cells, as far as levels allow") {
     // A box with a cavity: 0.3 of mesh on one side of it, 2 on the others.
     TriangleSoup soup;

@@ -1,11 +1,13 @@
 #include "stages/refine/criteria.hpp"
 
+#include "domain/surface_polygons.hpp"
 #include "mesh/hex_reference.hpp"
 #include "stages/refine/outer_box.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 
 namespace hexopt {
@@ -14,6 +16,10 @@ namespace {
 
 /// Triangles of a cell from which gaps are looked for; where there are more, evenly many are left out.
 constexpr std::size_t kProbes = 8;
+/// Cells whose size is a level are taken to be no larger than this part of the diagonal where creases are
+/// sought.
+constexpr double kLargestSize_rel = 0.1;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Goal finer_by(const Goal& goal, int levels) {
     return goal.level >= 0 ? Goal{0, goal.level + levels} : Goal{std::ldexp(goal.size, -levels), -1};
@@ -113,6 +119,7 @@ Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize
         finest_bend_.push_back(finer_by(goal, options.curvature_levels));
         finest_gap_.push_back(finer_by(goal, options.gap_levels));
     }
+    find_creases_in_patches();
     curve_goal_.resize(domain_->model.curve_count());
     for (const CurveTarget& entry : options.curves) {
         for (const std::string& name : {entry.patch, entry.other_patch})
@@ -226,11 +233,61 @@ bool SurfaceCriteria::wants_curve_size(const CutCell& cell) const {
 bool SurfaceCriteria::wants_normals(const CutCell& cell) const {
     double limit = normal_angle_deg_;
     if (chord_error_ > 0) limit = std::min(limit, 8 * chord_error_ / cell.size * 180 / std::numbers::pi);
+    if (crosses_crease(cell)) return true;
     if (limit >= 180) return false;
     std::vector<Index> open;
     for (Index element : cell.elements)
         if (surface_->is_triangle(element) && allows(finest_bend_, cell, element)) open.push_back(element);
     return !open.empty() && normal_spread_deg(cell.box, open) > limit;
+}
+
+/// A coarse tessellation turns at its edges, where quads that lie across leave it by more than they would
+/// leave the smooth surface that it stands for.
+void SurfaceCriteria::find_creases_in_patches() {
+    const BoundaryModel& model = domain_->model;
+    if (!(chord_error_ > 0)) return;
+    double largest = 0;
+    for (const Goal& goal : goal_) largest = std::max(largest, goal.level >= 0 ? kInfinity : goal.size);
+    largest = std::min(largest, kLargestSize_rel * model.diagonal());
+    std::vector<Point> corners, normal;
+    for (Index t = 0; t < model.triangle_count(); ++t) {
+        const auto& x = model.triangle(t);
+        corners.insert(corners.end(), x.begin(), x.end());
+        const Point cross = glm::cross(x[1] - x[0], x[2] - x[0]);
+        const double length = glm::length(cross);
+        normal.push_back(length > 0 ? cross / length : Point(0));
+    }
+    const std::vector<Index> first = find_first_equal(corners);
+    std::vector<std::array<Index, 3>> triangles;
+    for (std::size_t t = 0; t < normal.size(); ++t)
+        triangles.push_back({first[3 * t], first[3 * t + 1], first[3 * t + 2]});
+    crease_ = find_creases(corners, triangles, normal, 4 * chord_error_ / largest, 0.5 * largest);
+    std::erase_if(crease_, [&](const Crease& crease) {
+        return model.patch_of_triangle(crease.triangle[0]) != model.patch_of_triangle(crease.triangle[1]) ||
+               chord_distance(crease, largest) <= chord_error_;
+    });
+    std::vector<std::vector<Index>> at(normal.size());
+    for (Index c = 0; c < crease_.size(); ++c) {
+        crease_ends_.push_back({corners[crease_[c].vertex[0]], corners[crease_[c].vertex[1]]});
+        for (Index t : crease_[c].triangle) at[t].push_back(c);
+    }
+    for (const std::vector<Index>& creases : at) {
+        triangle_crease_.item.insert(triangle_crease_.item.end(), creases.begin(), creases.end());
+        triangle_crease_.offset.push_back(triangle_crease_.item.size());
+    }
+}
+
+bool SurfaceCriteria::crosses_crease(const CutCell& cell) const {
+    if (crease_.empty()) return false;
+    return std::any_of(cell.elements.begin(), cell.elements.end(), [&](Index triangle) {
+        if (!surface_->is_triangle(triangle) || !allows(finest_bend_, cell, triangle)) return false;
+        const auto creases = triangle_crease_[triangle];
+        return std::any_of(creases.begin(), creases.end(), [&](Index c) {
+            const auto& [a, b] = crease_ends_[c];
+            return chord_distance(crease_[c], cell.size) > chord_error_ &&
+                   triangle_meets_box({a, b, b}, cell.box);
+        });
+    });
 }
 
 double SurfaceCriteria::normal_spread_deg(const Box& box, std::span<const Index> triangles) const {

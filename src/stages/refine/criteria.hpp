@@ -1,5 +1,6 @@
 #pragma once
 
+#include "domain/surface_creases.hpp"
 #include "stages/refine/closeness.hpp"
 #include "stages/refine/gap_probe.hpp"
 #include "stages/refine/refine.hpp"
@@ -64,6 +65,8 @@ class SurfaceCriteria {
     bool wants_surface_size(const CutCell& cell) const;
     bool wants_curve_size(const CutCell& cell) const;
     bool wants_normals(const CutCell& cell) const;
+    void find_creases_in_patches();
+    bool crosses_crease(const CutCell& cell) const;
     bool wants_gap(const CutCell& cell) const;
     bool wants_feature(const CutCell& cell) const;
     double curve_room(const CutCell& cell, Index segment, double reach) const;
@@ -77,11 +80,16 @@ class SurfaceCriteria {
     Index zone_of_triangle(Index triangle) const;
     Index zone_of_curve(Index patch) const;
 
-    std::vector<Goal> goal_;                     ///< per zone
-    std::vector<Goal> finest_bend_, finest_gap_; ///< per zone: how far criteria of shape may go
-    std::vector<std::uint8_t> in_outer_box_;     ///< per triangle; empty without such a box
-    std::vector<std::uint8_t> all_outer_;        ///< per patch: all of it is
-    std::vector<std::vector<Goal>> curve_goal_;  ///< per curve
+    std::vector<Goal> goal_; ///< per zone
+    /// Per zone: how far criteria of shape may go.
+    std::vector<Goal> finest_bend_, finest_gap_;
+    std::vector<std::uint8_t> in_outer_box_;    ///< per triangle; empty without such a box
+    std::vector<std::uint8_t> all_outer_;       ///< per patch: all of it is
+    std::vector<std::vector<Goal>> curve_goal_; ///< per curve
+    /// Inside patches, where chords of the largest cells would leave the surface too far.
+    std::vector<Crease> crease_;
+    std::vector<std::array<Point, 2>> crease_ends_;
+    Csr<Index> triangle_crease_; ///< per triangle: its edges among these
     double normal_angle_deg_, chord_error_, gap_cells_, wall_cells_, feature_cells_;
     std::array<bool, kCriterionCount> given_up_ = {};
 };
