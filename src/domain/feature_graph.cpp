@@ -22,6 +22,7 @@ struct EdgeSide {
 
 struct FeatureEdge {
     Index low, high;
+    bool only_given; ///< a feature for no other reason
 };
 
 std::vector<EdgeSide> collect_edge_sides(const SurfacePolygons& polygons) {
@@ -62,8 +63,6 @@ bool is_feature(std::span<const EdgeSide> edge, const SurfacePolygons& polygons,
                 const FeatureLimits& limits) {
     if (edge.size() != 2) return true;
     const Index a = edge[0].face, b = edge[1].face;
-    if (std::binary_search(limits.given.begin(), limits.given.end(), std::array{edge[0].low, edge[0].high}))
-        return true;
     if (limits.patch_borders && polygons.patch[a] != polygons.patch[b]) return true;
     const Point na = polygons.normal[a];
     const Point nb = edge[0].forward == edge[1].forward ? -polygons.normal[b] : polygons.normal[b];
@@ -105,8 +104,10 @@ Skeleton compute_skeleton(std::size_t vertex_count, const SurfacePolygons& polyg
             fans.join(edge[0].slot_low, edge[i].slot_low);
             fans.join(edge[0].slot_high, edge[i].slot_high);
         }
-        if (is_feature(edge, polygons, limits)) {
-            skeleton.edges.push_back({edge[0].low, edge[0].high});
+        const bool by_shape = is_feature(edge, polygons, limits);
+        if (by_shape || std::binary_search(limits.given.begin(), limits.given.end(),
+                                           std::array{edge[0].low, edge[0].high})) {
+            skeleton.edges.push_back({edge[0].low, edge[0].high, !by_shape});
         } else {
             skeleton.smooth.push_back({edge[0].face, edge[1].face});
             skeleton.smooth_opposite.push_back(edge[0].forward == edge[1].forward);
@@ -156,6 +157,12 @@ void number_patches(const Skeleton& skeleton, std::size_t face_count, FeatureGra
 
 Index other_end(const FeatureEdge& edge, Index v) { return edge.low == v ? edge.high : edge.low; }
 
+/// Whether a feature by shape ends where one that is given goes on: its end stays a corner.
+bool changes_kind(Index v, const Skeleton& skeleton) {
+    const std::span<const Index> edges = skeleton.vertex_edge[v];
+    return skeleton.edges[edges[0]].only_given != skeleton.edges[edges[1]].only_given;
+}
+
 bool turns_sharply(Index v, std::span<const Point> positions, const Skeleton& skeleton, double limit_deg) {
     const std::span<const Index> edges = skeleton.vertex_edge[v];
     const Point in = positions[v] - positions[other_end(skeleton.edges[edges[0]], v)];
@@ -169,8 +176,9 @@ void find_corners(std::span<const Point> positions, const Skeleton& skeleton, do
     graph.vertex_corner.assign(positions.size(), kNoIndex);
     for (Index v = 0; v < positions.size(); ++v) {
         const std::size_t degree = skeleton.vertex_edge[v].size();
-        const bool corner = skeleton.touches_itself[v] || (degree != 0 && degree != 2) ||
-                            (degree == 2 && turns_sharply(v, positions, skeleton, turn_deg));
+        const bool corner =
+            skeleton.touches_itself[v] || (degree != 0 && degree != 2) ||
+            (degree == 2 && (changes_kind(v, skeleton) || turns_sharply(v, positions, skeleton, turn_deg)));
         if (!corner) continue;
         graph.vertex_corner[v] = static_cast<Index>(graph.corner_vertex.size());
         graph.corner_vertex.push_back(v);

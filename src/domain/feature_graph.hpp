@@ -40,8 +40,9 @@ struct FeatureGraph {
 
 /// A feature edge: normals differing by more than feature_angle_deg, borders between named patches, edges
 /// that are given, and those that do not have exactly two faces. A corner: a number of feature edges other
-/// than 0 and 2, a turn by more than corner_turn_deg, or faces that meet in the vertex alone. Neighbours of
-/// opposite orientation are recognised by the direction of their common edge.
+/// than 0 and 2, a turn by more than corner_turn_deg, one edge that is given and one that is a feature
+/// anyway, or faces that meet in the vertex alone. Neighbours of opposite orientation are recognised by the
+/// direction of their common edge.
 FeatureGraph compute_feature_graph(std::span<const Point> positions, const SurfacePolygons& polygons,
                                    const FeatureLimits& limits);
 

@@ -73,15 +73,15 @@ class WeakCreases {
                 kind_[c] = Kind::other;
     }
 
-    /// Continues loose ends of features over other creases to the next feature.
+    /// Continues loose ends over other creases to the next feature.
     void link() {
-        std::vector<std::array<Index, 2>> loose; // vertex, the crease that ends there
+        std::vector<std::array<Index, 2>> loose; // vertex, the weak crease that ends there
         for (const auto& [v, creases] : at_) {
             Index only = kNoIndex;
             int count = 0;
             for (Index c : creases)
                 if (kind_[c] != Kind::other) ++count, only = c;
-            if (count == 1) loose.push_back({v, only});
+            if (count == 1 && kind_[only] == Kind::weak) loose.push_back({v, only});
         }
         for (const auto& [v, c] : loose) follow(v, c);
     }
