@@ -135,7 +135,9 @@ void archive(A& a, AttemptCount& value) {
 
 template <class A>
 void archive(A& a, AttemptCounts& value) {
-    auto& [trims, fit_rounds, fit_repairs, optimize_s] = value;
+    // What is known of the octree follows from it.
+    auto& [trims, trimmed, fitted, fit_rounds, fit_repairs, optimize_s] = value;
+    static_cast<void>(trimmed), static_cast<void>(fitted);
     a(trims.count, fit_rounds, fit_repairs, optimize_s);
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 namespace hexopt {
 
@@ -16,21 +17,34 @@ namespace {
 
 constexpr std::size_t kCellChunk = 1024;
 
+/// What is known already, which is used up, or what `make` gives.
+template <class T, class Make>
+Result<T> take_or(std::optional<T>& known, const Make& make) {
+    if (!known) return make();
+    Result<T> taken = std::move(*known);
+    known.reset();
+    return taken;
+}
+
 /// Fits, and refines where features could not be captured while repairs are left.
 Status fit_domain(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
                   AttemptCounts& counts, MeshAttempt& attempt, StageClock& clock, Context& context,
                   LeakPath* leak) {
     for (;;) {
         begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
-        auto trimmed = clock.run("trim", [&] {
-            return trim_in_rounds(refined, domain, options.trim, counts.trims, context, leak);
+        auto trimmed = take_or(counts.trimmed, [&] {
+            return clock.run("trim", [&] {
+                return trim_in_rounds(refined, domain, options.trim, counts.trims, context, leak);
+            });
         });
         if (!trimmed) return trimmed.error();
         if (Status covered = check_coverage(*trimmed); !covered) return covered.error();
         attempt.trim = trimmed->report;
         begin_stage(context, "fit", progress::kTrimEnd, progress::kFitEnd);
-        auto fitted = clock.run(
-            "fit", [&] { return fit_boundary(std::move(trimmed->kept), domain, options.fit, context); });
+        auto fitted = take_or(counts.fitted, [&] {
+            return clock.run(
+                "fit", [&] { return fit_boundary(std::move(trimmed->kept), domain, options.fit, context); });
+        });
         if (!fitted) return fitted.error();
         ++counts.fit_rounds;
         attempt.fit = fitted->report;

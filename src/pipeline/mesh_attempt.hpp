@@ -30,8 +30,10 @@ struct MeshAttempt {
 /// What attempts on one octree share.
 struct AttemptCounts {
     TrimRounds trims;
-    int fit_rounds = 0;    ///< times that the boundary was fitted
-    int fit_repairs = 0;   ///< times that cells at features were refined
+    std::optional<TrimOutput> trimmed; ///< of the octree as it is, where that is known: for the first attempt
+    std::optional<FitOutput> fitted;   ///< the same
+    int fit_rounds = 0;                ///< times that the boundary was fitted
+    int fit_repairs = 0;               ///< times that cells at features were refined
     double optimize_s = 0; ///< wall clock of the optimizer, which options.optimize.time_limit_s bounds in all
 
     double optimize_s_left(const MeshOptions& options) const {

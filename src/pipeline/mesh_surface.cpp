@@ -319,9 +319,12 @@ Result<MeshState> start_or_resume(const Domain& domain, const MeshOptions& optio
         return state;
     }
     context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
-    auto refined = clock.run("refine", [&] { return refine_to_count(domain, options, context, leak); });
-    if (!refined) return refined.error();
-    MeshState state(std::move(*refined));
+    auto counted = refine_to_count(domain, options, clock, context, leak);
+    if (!counted) return counted.error();
+    MeshState state(std::move(counted->refined));
+    state.counts.trims = std::move(counted->rounds);
+    state.counts.trimmed = std::move(counted->trimmed);
+    state.counts.fitted = std::move(counted->fitted);
     Saving{checkpoint, clock, context}.save(state);
     return state;
 }

@@ -1,7 +1,5 @@
 #include "pipeline/refine_to_count.hpp"
 
-#include "pipeline/trim_rounds.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -10,107 +8,180 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kTrials = 5;
-constexpr double kFirst = 0.5;             ///< of what is wanted, as refine() counts it
-constexpr double kAim = 0.95;              ///< of what is wanted
-constexpr double kAimBeforeRepairs = 0.65; ///< where fitting will ask for some
-constexpr double kGoodRatio = 1.15;        ///< between what is aimed at and what is found
-constexpr double kMost = 1.4;              ///< of what is wanted, with repairs
-/// Buffer layers are counted on a mesh of this part of the cells wanted, and of so many at most: they hang
-/// on the model more than on the size.
-constexpr double kCountedShare = 0.5, kMostCounted = 50e3;
-constexpr double kUsualLayers = 2;    ///< cells of buffer layers a quad of the trimmed surface
+constexpr double kAim = 0.95;       ///< of what is wanted
+constexpr double kGoodRatio = 1.15; ///< between what is aimed at and what leaves promise
+constexpr double kFewFinished = 0.8,
+                 kManyFinished = 1.35; ///< of it, expected once the octree has been fitted
+constexpr double kMost = 1.4;          ///< of what is wanted, with repairs
+constexpr int kTrials = 5;             ///< of sizes, for one promise of what leaves come to
+constexpr int kMostFitted = 2;         ///< octrees of about the size wanted
+/// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
+/// more than on the size.
+constexpr double kProbeShare = 0.12, kLeastProbe = 1500, kMostProbe = 10e3;
+constexpr double kProbeRatio = 2.5;
+constexpr int kProbeTrials = 3;
+constexpr double kNextStep = 1.3;    ///< of sizes, where trials contradict one another
+constexpr double kUsualExcess = 8;   ///< over SizeTrials::first_size(), by criteria of shape
+constexpr double kUsualLayers = 2;   ///< cells of buffer layers a quad of the trimmed surface
+constexpr double kUsualPerCut = 1.7; ///< cells a leaf that the surface meets, beyond those inside
+/// Finished cells per cell promised, by the share of cells at features that fitting asks to be refined; on
+/// the real models at 15,000 and 60,000 cells they lie within 20 % of it.
+constexpr double kFinishedShare = 0.92, kRepairGrowth = 3;
+constexpr double kMostGrowth = 1.5;   ///< no more is made up for: large cells only need more repairs
+constexpr double kUsualGrowth = 1.4;  ///< where the small mesh could not tell
+constexpr double kProbeRepairs = 0.3; ///< share of such cells, for each in the small mesh
 constexpr double kCellsPerRepair = 3; ///< of the finished mesh for each leaf that a repair adds
 
-/// Cells of the finished mesh as far as trimming shows them: `layers` cells a quad come on top.
-struct Count {
-    double kept = 0, quads = 0;
-    bool covered = true; ///< else the run will be refused, whatever else is counted
-    double with(double layers) const { return kept + layers * quads; }
+/// Leaves of one size, and what they promise.
+struct Counted {
+    double size, inside, cut;
+};
+
+/// Cells of the finished mesh by its octree's leaves.
+struct Promise {
+    double per_inside = 1, per_cut = kUsualPerCut;
+    double operator()(const Counted& c) const { return per_inside * c.inside + per_cut * c.cut; }
+
+    /// Such that these leaves give so many cells.
+    void fit(const Counted& c, double cells) {
+        if (cells > c.inside && c.cut > 0)
+            *this = {1, (cells - c.inside) / c.cut};
+        else // only part of the inside is meshed
+            *this = {cells / (c.inside + kUsualPerCut * c.cut),
+                     kUsualPerCut * cells / (c.inside + kUsualPerCut * c.cut)};
+    }
 };
 
 class CountSearch {
   public:
-    CountSearch(const Domain& domain, const MeshOptions& options, Context& context, LeakPath* leak)
-        : domain_(domain), options_(options), context_(context), leak_(leak),
+    CountSearch(SizeTrials trials, const Domain& domain, const MeshOptions& options, Context& context,
+                LeakPath* leak)
+        : trials_(std::move(trials)), domain_(domain), options_(options), context_(context), leak_(leak),
           wanted_(wanted_cells(options.refine)) {}
 
-    Result<RefineOutput> run() {
-        if (options_.buffers)
-            if (Status ok = count_layers(); !ok) return ok.error();
-        Result<RefineOutput> refined = first_trial();
-        for (int trial = 1;; ++trial) {
-            if (!refined) return refined;
-            const auto count = count_kept(*refined);
-            if (!count) return count.error();
-            const double found = count->with(layers_), ratio = found / (aim_ * wanted_);
-            context_.log(LogLevel::debug, fmt::format("size {:.4g}: some {:.0f} cells of {:.0f} wanted",
-                                                      refined->stats.surface_size, found, wanted_));
-            const bool good = ratio < kGoodRatio && ratio > 1 / kGoodRatio;
-            if (good || trial == kTrials) {
-                leave_room(*refined, found);
-                return refined;
+    Result<CountedOctree> run(StageClock& clock) {
+        if (Status ok = clock.run("count", [&] { return probe(); }); !ok) return ok.error();
+        for (int round = 1;; ++round) {
+            auto refined = clock.run("refine", [&] { return refine_near(kAim * wanted_ / growth_); });
+            if (!refined) return refined.error();
+            CountedOctree counted{std::move(*refined), {}, {}, {}};
+            auto trimmed = clock.run("trim", [&] {
+                return trim_in_rounds(counted.refined, domain_, options_.trim, counted.rounds, context_,
+                                      leak_);
+            });
+            if (!trimmed) return trimmed.error();
+            counted.trimmed = std::move(*trimmed);
+            const double found = with_layers(counted.trimmed->report);
+            if (!check_coverage(*counted.trimmed)) {
+                if (round == kMostFitted || growth_ <= kFinishedShare) return counted; // will be refused
+                growth_ = kFinishedShare; // smaller cells, as if there were no repairs
+                continue;
             }
-            refined =
-                refine_at(domain_, options_.refine, next_size(refined->stats.surface_size, ratio), context_);
+            auto fitted = clock.run("fit", [&] {
+                return fit_boundary(std::move(counted.trimmed->kept), domain_, options_.fit, context_);
+            });
+            if (!fitted) return fitted.error();
+            growth_ = growth_by(fitted->refine_cells.size(), counted.trimmed->report.kept_cells, 1);
+            const double finished = growth_ * found, ratio = finished / (kAim * wanted_);
+            context_.log(LogLevel::debug,
+                         fmt::format("size {:.4g}: {:.0f} cells promised, {:.0f} found, some {:.0f} "
+                                     "expected of {:.0f} wanted",
+                                     seen_.back().size, promise_(seen_.back()), found, finished, wanted_));
+            counted.fitted = std::move(*fitted);
+            if (round == kMostFitted || (ratio > kFewFinished && ratio < kManyFinished)) {
+                leave_room(counted.refined, found);
+                return counted;
+            }
+            promise_.fit(seen_.back(), found);
         }
     }
 
   private:
-    Result<RefineOutput> first_trial() {
-        if (size_ > 0) return refine_at(domain_, options_.refine, size_, context_);
-        return refine(domain_, at_count(kFirst * wanted_), context_);
+    /// Tries sizes until the promise is within `ratio` of `cells`; the last one.
+    Result<SizeTrials::Trial> find(double cells, double ratio, int most) {
+        for (int count = 1;; ++count) {
+            auto trial = trials_.refine_to(next_size(cells));
+            if (!trial) return trial;
+            seen_.push_back({trial->out.stats.surface_size, trial->inside, static_cast<double>(trial->cut)});
+            const double found = promise_(seen_.back()) / cells;
+            if (count == most || (found < ratio && found > 1 / ratio)) return trial;
+        }
     }
 
-    RefineOptions at_count(double cells) const {
-        RefineOptions refine = options_.refine;
-        refine.target_cells = std::max(cells, 1.0);
-        return refine;
+    Result<RefineOutput> refine_near(double cells) {
+        auto trial = find(cells, kGoodRatio, kTrials);
+        if (!trial) return trial.error();
+        return trials_.finish(std::move(*trial));
     }
 
-    Result<Count> count_kept(RefineOutput& refined) {
+    double with_layers(const TrimReport& report) const {
+        return static_cast<double>(report.kept_cells) + layers_ * static_cast<double>(report.surface_quads);
+    }
+
+    /// share: of such cells that counts.
+    double growth_by(std::size_t refine_cells, std::size_t cells, double share) const {
+        if (options_.fit_repairs == 0) return kFinishedShare;
+        const double part = share * static_cast<double>(refine_cells) / static_cast<double>(cells);
+        return std::min(kFinishedShare + kRepairGrowth * std::sqrt(part), kMostGrowth);
+    }
+
+    /// Counts what buffer layers add on a small mesh, and what its leaves come to.
+    Status probe() {
+        const double cells = std::clamp(kProbeShare * wanted_, kLeastProbe, kMostProbe);
+        auto trial = find(std::min(cells, wanted_), kProbeRatio, kProbeTrials);
+        if (!trial) return trial.error();
+        RefineOutput refined = trials_.finish(std::move(*trial));
         TrimRounds rounds;
         auto trimmed = trim_in_rounds(refined, domain_, options_.trim, rounds, context_, leak_);
-        if (!trimmed) return trimmed.error();
-        const bool covered = check_coverage(*trimmed).has_value();
-        kept_ = std::move(trimmed->kept);
-        return Count{static_cast<double>(kept_.cell_count()),
-                     static_cast<double>(trimmed->report.surface_quads), covered};
+        if (!trimmed) {
+            // What is too thin for few cells need not be for many.
+            if (trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
+            return Done{};
+        }
+        if (options_.buffers && check_coverage(*trimmed))
+            if (Status ok = count_layers(*trimmed); !ok) return ok;
+        promise_.fit(seen_.back(), with_layers(trimmed->report));
+        return Done{};
     }
 
-    /// Fits a mesh that is not too large and counts what the buffers add.
-    Status count_layers() {
-        const double cells = std::min(kCountedShare * wanted_, kMostCounted);
-        auto refined = refine(domain_, at_count(kFirst * cells), context_);
-        if (!refined) return refined.error();
-        const auto count = count_kept(*refined);
-        if (!count) return count.error();
-        if (!count->covered) return Done{};
-        auto fitted = fit_boundary(std::move(kept_), domain_, options_.fit, context_);
+    Status count_layers(const TrimOutput& trimmed) {
+        auto fitted = fit_boundary(trimmed.kept, domain_, options_.fit, context_);
         if (!fitted) return fitted.error();
-        if (!fitted->refine_cells.empty() && options_.fit_repairs > 0) aim_ = kAimBeforeRepairs;
+        growth_ = growth_by(fitted->refine_cells.size(), trimmed.report.kept_cells, kProbeRepairs);
         BufferOptions unrelaxed = options_.buffer;
         unrelaxed.relax_sweeps = 0; // moves vertices only
         const auto buffered = insert_buffers(std::move(fitted->fitted), domain_, unrelaxed, context_);
         if (!buffered) return buffered.error();
-        const double all = static_cast<double>(buffered->fitted.mesh.cell_count());
-        layers_ = count->quads > 0 ? (all - count->kept) / count->quads : layers_;
-        size_ = next_size(refined->stats.surface_size, all / (aim_ * wanted_));
-        last_size_ = 0, too_small_ = 0, too_large_ = 1e300; // the trials that follow count otherwise
+        const double added = static_cast<double>(buffered->fitted.mesh.cell_count()) -
+                             static_cast<double>(trimmed.kept.cell_count());
+        if (trimmed.report.surface_quads > 0)
+            layers_ = added / static_cast<double>(trimmed.report.surface_quads);
         return Done{};
     }
 
-    /// The size for the count that is aimed at, `ratio` below the one found: by the law of two trials, first
-    /// by that of cells on a surface (2-D: on a line), where most of a mesh's are.
-    double next_size(double size, double ratio) {
-        double power = options_.refine.planar ? 1 : 0.45;
-        if (last_size_ > 0 && last_size_ != size && last_ratio_ != ratio)
-            power = std::clamp(std::log(last_size_ / size) / std::log(ratio / last_ratio_), 0.25, 2.0);
-        last_size_ = size, last_ratio_ = ratio;
-        (ratio > 1 ? too_small_ : too_large_) = size;
-        size *= std::pow(ratio, power);
-        if (size <= too_small_ || size >= too_large_) size = std::sqrt(too_small_ * too_large_);
-        return size;
+    /// The size for so many cells, by the law of the two trials nearest to it; first by that of cells on a
+    /// surface, where most of a mesh's are. Always between the nearest sizes that gave too many and too few.
+    double next_size(double cells) const {
+        if (seen_.empty()) return trials_.first_size(cells / kUsualExcess);
+        std::vector<Counted> near = seen_;
+        const auto off = [&](const Counted& c) { return std::abs(std::log(promise_(c) / cells)); };
+        std::stable_sort(near.begin(), near.end(),
+                         [&](const Counted& a, const Counted& b) { return off(a) < off(b); });
+        double power = 0.45;
+        if (near.size() > 1 && near[0].size != near[1].size && promise_(near[0]) != promise_(near[1]))
+            power = std::clamp(std::log(near[0].size / near[1].size) /
+                                   std::log(promise_(near[1]) / promise_(near[0])),
+                               0.25, 2.0);
+        double size = near[0].size * std::pow(promise_(near[0]) / cells, power);
+        double too_small = 0, too_large = 1e300;
+        for (const Counted& c : seen_)
+            if (promise_(c) > cells)
+                too_small = std::max(too_small, c.size);
+            else
+                too_large = std::min(too_large, c.size);
+        if (size > too_small && size < too_large) return size;
+        if (too_small == 0) return too_large / kNextStep;
+        return too_large < 1e300 ? std::sqrt(too_small * too_large) : too_small * kNextStep;
     }
 
     void leave_room(RefineOutput& refined, double found) const {
@@ -119,21 +190,28 @@ class CountSearch {
             std::min(options_.refine.max_cells, refined.octree.cell_count() + static_cast<std::size_t>(room));
     }
 
+    SizeTrials trials_;
     const Domain& domain_;
     const MeshOptions& options_;
     Context& context_;
     LeakPath* leak_;
-    double wanted_, layers_ = options_.buffers ? kUsualLayers : 0;
-    double aim_ = kAim, size_ = 0, last_size_ = 0, last_ratio_ = 1, too_small_ = 0, too_large_ = 1e300;
-    HexMesh kept_;
+    double wanted_, layers_ = options_.buffers ? kUsualLayers : 0, growth_ = kUsualGrowth;
+    Promise promise_;
+    std::vector<Counted> seen_;
 };
 
 } // namespace
 
-Result<RefineOutput> refine_to_count(const Domain& domain, const MeshOptions& options, Context& context,
-                                     LeakPath* leak) {
-    if (options.refine.surface.is_given()) return refine(domain, options.refine, context);
-    return CountSearch(domain, options, context, leak).run();
+Result<CountedOctree> refine_to_count(const Domain& domain, const MeshOptions& options, StageClock& clock,
+                                      Context& context, LeakPath* leak) {
+    if (options.refine.surface.is_given()) {
+        auto refined = clock.run("refine", [&] { return refine(domain, options.refine, context); });
+        if (!refined) return refined.error();
+        return CountedOctree{std::move(*refined), {}, {}, {}};
+    }
+    auto trials = SizeTrials::create(domain, options.refine, context);
+    if (!trials) return trials.error();
+    return CountSearch(std::move(*trials), domain, options, context, leak).run(clock);
 }
 
 } // namespace hexopt

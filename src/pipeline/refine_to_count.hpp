@@ -1,14 +1,26 @@
 #pragma once
 
 #include "pipeline/mesh_surface.hpp"
+#include "pipeline/trim_rounds.hpp"
+
+#include <optional>
 
 namespace hexopt {
 
-/// Refines such that the finished mesh has about as many cells as wanted: as refine(), but sizes are tried
-/// with what trimming keeps and, on the first trial, with the buffer layers that fitting leads to. Room for
-/// repairs is left: RefineOutput::max_cells is where they would lead too far beyond what is wanted. A given
-/// surface size is taken as it is. Errors: as refine(), trim(), fit_boundary() and insert_buffers().
-Result<RefineOutput> refine_to_count(const Domain& domain, const MeshOptions& options, Context& context,
-                                     LeakPath* leak);
+/// An octree and, where it had to be looked at to be counted, what that gave.
+struct CountedOctree {
+    RefineOutput refined;
+    TrimRounds rounds;
+    std::optional<TrimOutput> trimmed; ///< without `kept` where `fitted` is there
+    std::optional<FitOutput> fitted;
+};
+
+/// Refines such that the finished mesh has about as many cells as wanted: as refine(), but what counts is
+/// what trimming keeps, the buffer layers, as a small mesh that is fitted shows them, and what repairs will
+/// add. Room for these is left: RefineOutput::max_cells is where they would lead too far beyond what is
+/// wanted. A given surface size is taken as it is. Errors: as refine(), trim(), fit_boundary() and
+/// insert_buffers().
+Result<CountedOctree> refine_to_count(const Domain& domain, const MeshOptions& options, StageClock& clock,
+                                      Context& context, LeakPath* leak);
 
 } // namespace hexopt

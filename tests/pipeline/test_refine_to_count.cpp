@@ -52,8 +52,10 @@ TEST_CASE("room for repairs is left, but not for many times the cells") {
     const Domain domain = test::make_domain(*soup);
     MeshOptions options;
     options.refine.target_cells = 4000;
-    auto refined = refine_to_count(domain, options, context, nullptr);
-    REQUIRE(refined);
+    StageClock clock;
+    auto counted = refine_to_count(domain, options, clock, context, nullptr);
+    REQUIRE(counted);
+    RefineOutput* refined = &counted->refined;
     const std::size_t before = refined->octree.cell_count();
     CHECK(refined->max_cells > before);
     CHECK(refined->max_cells < before + 4000);
@@ -70,13 +72,55 @@ TEST_CASE("a given size is taken as it is") {
     const Domain domain = test::make_domain(test::make_sphere(1, 12));
     MeshOptions options;
     options.refine.surface.size = 0.2;
-    const auto refined = refine_to_count(domain, options, context, nullptr);
-    REQUIRE(refined);
+    StageClock clock;
+    const auto counted = refine_to_count(domain, options, clock, context, nullptr);
+    REQUIRE(counted);
+    const RefineOutput* refined = &counted->refined;
     CHECK(refined->stats.surface_size == 0.2);
     CHECK(refined->max_cells == options.refine.max_cells);
     CHECK(refined->octree.cells == refine(domain, options.refine, context)->octree.cells);
-    CHECK_FALSE(refine_at(domain, options.refine, 0.2, context));
-    options.refine.surface.size = 0;
-    CHECK_FALSE(refine_at(domain, options.refine, 0, context));
-    CHECK(refine_at(domain, options.refine, 0.3, context)->stats.surface_size == 0.3);
+    CHECK_FALSE(counted->trimmed);
+}
+
+TEST_CASE("sizes can be tried one after another, each as if it were alone") {
+    Context context(1);
+    const Domain domain = test::make_domain(test::make_sphere(1, 12));
+    RefineOptions options;
+    options.surface.size = 0.2;
+    CHECK_FALSE(SizeTrials::create(domain, options, context));
+    options.surface.size = 0;
+    auto trials = SizeTrials::create(domain, options, context);
+    REQUIRE(trials);
+    CHECK_FALSE(trials->refine_to(0));
+    CHECK(trials->first_size(100) > trials->first_size(1000));
+    const auto small = trials->refine_to(0.2), large = trials->refine_to(0.4);
+    auto again = trials->refine_to(0.2);
+    REQUIRE((small && large && again));
+    CHECK(small->cut > large->cut);
+    CHECK(small->inside > large->inside);
+    CHECK(again->inside == small->inside);
+    CHECK(again->out.refinement.leaves() == small->out.refinement.leaves());
+    const RefineOutput finished = trials->finish(std::move(*again));
+    CHECK(finished.stats.surface_size == 0.2);
+    CHECK(finished.octree.cell_count() == small->out.refinement.leaf_count());
+}
+
+TEST_CASE("the octree that was counted is not trimmed and fitted again") {
+    Context context(1);
+    const auto soup = make_geometry("cylinder", {24, ""}, context);
+    REQUIRE(soup);
+    const Domain domain = test::make_domain(*soup);
+    MeshOptions options;
+    options.refine.target_cells = 4000;
+    StageClock clock;
+    auto counted = refine_to_count(domain, options, clock, context, nullptr);
+    REQUIRE((counted && counted->trimmed && counted->fitted));
+    TrimRounds rounds;
+    auto trimmed = trim_in_rounds(counted->refined, domain, options.trim, rounds, context, nullptr);
+    REQUIRE(trimmed);
+    CHECK(trimmed->kept_cell == counted->trimmed->kept_cell);
+    const auto fitted = fit_boundary(std::move(trimmed->kept), domain, options.fit, context);
+    REQUIRE(fitted);
+    CHECK(fitted->fitted.mesh.positions == counted->fitted->fitted.mesh.positions);
+    CHECK(fitted->fitted.mesh.cells == counted->fitted->fitted.mesh.cells);
 }

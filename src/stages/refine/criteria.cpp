@@ -96,18 +96,24 @@ SurfaceCriteria::SurfaceCriteria(const Domain& domain, const SurfaceElements& su
     : domain_(&domain), surface_(&surface), probe_(domain), closeness_(domain),
       normal_angle_deg_(options.normal_angle_deg),
       chord_error_(options.chord_error_rel * domain.model.diagonal()), gap_cells_(options.gap_cells),
-      wall_cells_(options.wall_cells), feature_cells_(options.planar ? 0 : options.feature_cells) {}
-
-Result<SurfaceCriteria> SurfaceCriteria::create(const Domain& domain, const SurfaceElements& surface,
-                                                const RefineOptions& options, const TargetSize& size) {
-    SurfaceCriteria criteria(domain, surface, options);
-    if (Status ok = criteria.set_goals(options, size); !ok) return ok.error();
-    return criteria;
+      wall_cells_(options.wall_cells), feature_cells_(options.planar ? 0 : options.feature_cells) {
+    if (options.surface.is_given()) return;
+    in_outer_box_ = find_outer_box(domain, options.planar);
+    if (in_outer_box_.empty()) return;
+    for (Index patch = 0; patch < domain.model.patch_count(); ++patch) {
+        const auto [first, last] = domain.model.patch_triangles(patch);
+        all_outer_.push_back(std::all_of(in_outer_box_.begin() + first, in_outer_box_.begin() + last,
+                                         [](std::uint8_t in) { return in != 0; }));
+    }
 }
 
-Status SurfaceCriteria::set_goals(const RefineOptions& options, const TargetSize& size) {
+Status SurfaceCriteria::set_size(const RefineOptions& options, const TargetSize& size) {
+    given_up_ = {};
+    finest_bend_.clear();
+    finest_gap_.clear();
+    curve_goal_.clear();
     goal_.assign(domain_->model.patch_count(), goal_of(size));
-    if (!options.surface.is_given()) coarsen_outer_box(options);
+    if (!in_outer_box_.empty()) coarsen_outer_box(options);
     for (const PatchTarget& entry : options.patches) {
         const std::vector<Index> patches = patches_of_name(*domain_, entry.patch);
         if (patches.empty()) return unknown_patch(entry.patch);
@@ -141,15 +147,8 @@ std::vector<double> SurfaceCriteria::finest_sizes(double base) const {
 }
 
 void SurfaceCriteria::coarsen_outer_box(const RefineOptions& options) {
-    in_outer_box_ = find_outer_box(*domain_, options.planar);
-    if (in_outer_box_.empty()) return;
     const std::vector<Goal> patches = goal_;
     for (const Goal& goal : patches) goal_.push_back(finer_by(goal, -options.outer_levels));
-    for (Index patch = 0; patch < patches.size(); ++patch) {
-        const auto [first, last] = domain_->model.patch_triangles(patch);
-        all_outer_.push_back(std::all_of(in_outer_box_.begin() + first, in_outer_box_.begin() + last,
-                                         [](std::uint8_t in) { return in != 0; }));
-    }
 }
 
 Index SurfaceCriteria::zone_of_triangle(Index triangle) const {

@@ -36,9 +36,12 @@ struct CutCell {
 /// The criteria that look at a cell and the surface in it. Thread-safe; refers to domain and surface.
 class SurfaceCriteria {
   public:
-    /// Errors (usage): a patch that the domain does not have, a target with both size and level.
-    static Result<SurfaceCriteria> create(const Domain& domain, const SurfaceElements& surface,
-                                          const RefineOptions& options, const TargetSize& size);
+    /// Everything but the surface's size, which set_size() gives.
+    SurfaceCriteria(const Domain& domain, const SurfaceElements& surface, const RefineOptions& options);
+
+    /// Starts anew with another size of the surface's cells. Error (usage): a patch that the domain does not
+    /// have.
+    Status set_size(const RefineOptions& options, const TargetSize& size);
 
     /// The first criterion by which a cell is to be split, RefineCriterion::count if none.
     RefineCriterion ask(const CutCell& cell) const;
@@ -56,8 +59,6 @@ class SurfaceCriteria {
     double normal_spread_deg(const Box& box, std::span<const Index> triangles) const;
 
   private:
-    SurfaceCriteria(const Domain& domain, const SurfaceElements& surface, const RefineOptions& options);
-    Status set_goals(const RefineOptions& options, const TargetSize& size);
     void coarsen_outer_box(const RefineOptions& options);
     bool allows(const std::vector<Goal>& finest, const CutCell& cell, Index element) const;
     double finest_gap_size(const CutCell& cell, Index element) const;

@@ -111,12 +111,6 @@ double longest_root_edge(const CellRefinement& refinement, AxisMask mask) {
     return longest;
 }
 
-/// Leaves not yet made into a mesh.
-struct Trial {
-    RefineOutput out;
-    double cells_inside; ///< estimate, with one layer of buffer cells
-};
-
 /// Fraction of leaves whose centre is inside the domain, from at most some thousands of them.
 double inside_fraction(const Domain& domain, const CellRefinement& refinement, Context& context) {
     constexpr std::size_t kSamples = 8000;
@@ -140,18 +134,20 @@ double inside_fraction(const Domain& domain, const CellRefinement& refinement, C
     return static_cast<double>(inside) / static_cast<double>(count);
 }
 
-class Run {
+} // namespace
+
+class SizeTrials::Run {
   public:
     Run(const Domain& domain, const RefineOptions& options, Context& context)
-        : domain_(domain), options_(options), context_(context), surface_(domain, options.planar) {}
+        : domain_(domain), options_(options), most_cells_(options.max_cells), context_(context),
+          surface_(domain, options.planar), criteria_(domain, surface_, options) {}
 
     Result<Trial> refine_to(const TargetSize& size) {
         Result<HexMesh> mesh = make_initial_mesh(domain_, options_, size);
         if (!mesh) return mesh.error();
         Result<CellRefinement> made = CellRefinement::create(std::move(mesh).value(), context_.parallel());
         if (!made) return made.error();
-        Result<SurfaceCriteria> criteria = SurfaceCriteria::create(domain_, surface_, options_, size);
-        if (!criteria) return criteria.error();
+        if (Status ok = criteria_.set_size(options_, size); !ok) return ok.error();
         Result<Regions> regions = Regions::create(domain_, options_);
         if (!regions) return regions.error();
         Trial trial{{std::move(made).value(),
@@ -161,30 +157,41 @@ class Run {
                      options_.planar ? AxisMask{3} : kAllAxes,
                      options_.max_cells,
                      {}},
+                    0,
                     0};
         RefineOutput& out = trial.out;
         out.stats.base_size = longest_root_edge(out.refinement, out.mask);
-        out.finest_size = criteria->finest_sizes(out.stats.base_size);
+        out.finest_size = criteria_.finest_sizes(out.stats.base_size);
         out.stats.surface_size = size.level >= 0 ? std::ldexp(out.stats.base_size, -size.level) : size.size;
-        Adaptation adaptation(surface_, *criteria, *regions, options_, out, context_);
+        Adaptation adaptation(surface_, criteria_, *regions, options_, out, context_);
         if (Status ok = adaptation.run(); !ok) return ok.error();
-        const double leaves = static_cast<double>(out.refinement.leaf_count());
-        trial.cells_inside = leaves * inside_fraction(domain_, out.refinement, context_) +
-                             kBufferShare * static_cast<double>(adaptation.cut_leaves().size());
+        if (options_.surface.is_given()) return trial;
+        trial.inside = static_cast<double>(out.refinement.leaf_count()) *
+                       inside_fraction(domain_, out.refinement, context_);
+        trial.cut = adaptation.cut_leaves().size();
         return trial;
     }
+
+    RefineOutput finish(Trial trial) const {
+        RefineOutput out = std::move(trial.out);
+        out.max_cells = most_cells_;
+        rebuild(out, context_);
+        context_.report("refine", 1, fmt::format("{} cells", out.octree.cell_count()));
+        return out;
+    }
+
+    double first_size(double cells) const { return hexopt::first_size(domain_, cells, options_.planar); }
 
     /// The surface's size that gives about the wanted number of cells: one trial of a quarter of them, then
     /// corrections by the law with which cells on a surface (2-D: on a line) grow, between the nearest sizes
     /// known to give too many and too few.
     Result<Trial> search() {
         const double power = options_.planar ? 1 : 0.5, wanted = wanted_cells(options_);
-        limit_leaves();
-        double size = first_size(domain_, wanted / 4, options_.planar), too_small = 0, too_large = 1e300;
+        double size = first_size(wanted / 4), too_small = 0, too_large = 1e300;
         if (!(size > 0)) return usage("surface", "has no extent");
         Result<Trial> trial = refine_to({size, -1});
         for (int round = 0; round < kRounds && trial; ++round) {
-            const double ratio = trial->cells_inside / wanted;
+            const double ratio = (trial->inside + kBufferShare * static_cast<double>(trial->cut)) / wanted;
             if (round > 0 && ratio > 0.6 && ratio < 1.5) break;
             (ratio > 1 ? too_small : too_large) = size;
             size *= std::pow(ratio, power);
@@ -208,25 +215,16 @@ class Run {
 
     const Domain& domain_;
     RefineOptions options_;
+    std::size_t most_cells_; ///< of the finished octree, repairs included
     Context& context_;
     SurfaceElements surface_;
+    SurfaceCriteria criteria_;
 };
-
-} // namespace
 
 namespace {
 
 /// Of requests that do not fit into the budget the first half, quarter ... is tried.
 constexpr std::size_t kLeastPart = 16;
-
-Result<RefineOutput> finish(Result<Trial> trial, const RefineOptions& options, Context& context) {
-    if (!trial) return trial.error();
-    RefineOutput out = std::move(trial->out);
-    out.max_cells = options.max_cells;
-    rebuild(out, context);
-    context.report("refine", 1, fmt::format("{} cells", out.octree.cell_count()));
-    return out;
-}
 
 } // namespace
 
@@ -237,20 +235,34 @@ double wanted_cells(const RefineOptions& options) {
 
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context) {
     if (Status ok = check_options(options); !ok) return ok.error();
-    Run run(domain, options, context);
-    return finish(options.surface.is_given() ? run.refine_to(options.surface) : run.search(), options,
-                  context);
+    SizeTrials::Run run(domain, options, context);
+    if (!options.surface.is_given()) run.limit_leaves();
+    Result<SizeTrials::Trial> trial =
+        options.surface.is_given() ? run.refine_to(options.surface) : run.search();
+    if (!trial) return trial.error();
+    return run.finish(std::move(*trial));
 }
 
-Result<RefineOutput> refine_at(const Domain& domain, const RefineOptions& options, double size,
-                               Context& context) {
+SizeTrials::SizeTrials(std::unique_ptr<Run> run) : run_(std::move(run)) {}
+SizeTrials::SizeTrials(SizeTrials&&) noexcept = default;
+SizeTrials::~SizeTrials() = default;
+
+Result<SizeTrials> SizeTrials::create(const Domain& domain, const RefineOptions& options, Context& context) {
     if (Status ok = check_options(options); !ok) return ok.error();
-    if (!(size > 0) || !std::isfinite(size) || options.surface.is_given())
-        return usage("surface", "refine_at() takes a positive size and options without one");
-    Run run(domain, options, context);
-    run.limit_leaves();
-    return finish(run.refine_to({size, -1}), options, context);
+    if (options.surface.is_given()) return usage("surface", "sizes are tried where none is given");
+    auto run = std::make_unique<Run>(domain, options, context);
+    run->limit_leaves();
+    return SizeTrials(std::move(run));
 }
+
+double SizeTrials::first_size(double cells) const { return run_->first_size(cells); }
+
+Result<SizeTrials::Trial> SizeTrials::refine_to(double size) {
+    if (!(size > 0) || !std::isfinite(size)) return usage("surface", "the size must be positive and finite");
+    return run_->refine_to({size, -1});
+}
+
+RefineOutput SizeTrials::finish(Trial trial) const { return run_->finish(std::move(trial)); }
 
 RefineCount refine_cells(RefineOutput& out, std::span<const Index> cells, Context& context) {
     std::vector<RefineRequest> requests;

@@ -153,10 +153,37 @@ struct RefineOutput {
 /// initial mesh that is not sound or has hanging vertices), cancelled.
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context);
 
-/// The same where the surface's size is not given, with cells of `size` there instead of a search for the
-/// wanted number: a size that another run found (RefineStats::surface_size), or one near it. > 0, finite.
-Result<RefineOutput> refine_at(const Domain& domain, const RefineOptions& options, double size,
-                               Context& context);
+/// Octrees where the surface's size is not given, one after another, none of them made into a mesh before one
+/// is chosen: what a search for a count of cells needs.
+class SizeTrials {
+  public:
+    struct Trial {
+        RefineOutput out;    ///< without octree and leaf_node
+        double inside = 0;   ///< leaves whose centre is inside the domain, by some thousands of them
+        std::size_t cut = 0; ///< leaves that the surface meets
+    };
+
+    /// Domain and context are referred to. Error (usage): as refine(), or a surface size that is given.
+    static Result<SizeTrials> create(const Domain& domain, const RefineOptions& options, Context& context);
+    SizeTrials(SizeTrials&&) noexcept;
+    ~SizeTrials();
+
+    /// Size with which there are about so many cells on ordinary surfaces, model units.
+    double first_size(double cells) const;
+    /// Refines with cells of this size (> 0, finite) on the surface, as refine() does once it has found one.
+    /// Errors: as refine().
+    Result<Trial> refine_to(double size);
+    /// What refine() gives.
+    RefineOutput finish(Trial trial) const;
+
+  private:
+    class Run;
+    friend Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context);
+    explicit SizeTrials(std::unique_ptr<Run> run);
+
+    std::unique_ptr<Run> run_;
+};
+
 /// How many cells RefineOptions::target_cells asks for; 0 where the surface's size is given.
 double wanted_cells(const RefineOptions& options);
 
