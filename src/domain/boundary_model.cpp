@@ -74,6 +74,8 @@ Projection BoundaryModel::project_patch(Index patch, const Point& query, Index h
     result.element = best.element;
     result.distance = std::sqrt(best.distance2);
     result.direction = triangles_[best.element].normal;
+    result.smooth_direction = result.direction;
+    if (triangle_vertex_normal_.empty()) return result;
     const auto& normal = triangle_vertex_normal_[best.element];
     const auto& w = best.at.weight;
     result.smooth_direction =

@@ -34,7 +34,7 @@ Csr<Index> group_by_patch(const BoundaryModelParts& parts) {
 class VertexNormals {
   public:
     explicit VertexNormals(const BoundaryModelParts& parts)
-        : parts_(parts), sum_(parts.vertices.size(), Point(0)) {}
+        : parts_(parts), sum_(parts.smooth ? parts.vertices.size() : 0, Point(0)) {}
 
     void start(std::span<const Index> triangles) {
         for (Index t : triangles)
@@ -80,13 +80,18 @@ std::vector<Point> compute_tangents(std::span<const Point> points, bool smooth_l
 void BoundaryModelBuilder::add_patches(const BoundaryModelParts& parts, BoundaryModel& model,
                                        const Box& frame) {
     const Csr<Index> by_patch = group_by_patch(parts);
+    const std::size_t count = parts.triangles.size();
+    model.triangles_.reserve(count);
+    if (parts.smooth) model.triangle_vertex_normal_.reserve(count);
+    model.source_.reserve(count);
+    model.patch_of_triangle_.reserve(count);
     model.triangle_tree_ = BoxTree(frame);
     VertexNormals normals(parts);
     std::vector<Box> patch_box;
     std::vector<Index> roots, order;
     for (Index p = 0; p < parts.patch_count; ++p) {
         const std::span<const Index> triangles = by_patch[p];
-        normals.start(triangles);
+        if (parts.smooth) normals.start(triangles);
         std::vector<Box> boxes(triangles.size());
         Box patch;
         for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -101,7 +106,8 @@ void BoundaryModelBuilder::add_patches(const BoundaryModelParts& parts, Boundary
             const std::array<Index, 3>& v = parts.triangles[t];
             const Point a = parts.vertices[v[0]], b = parts.vertices[v[1]], c = parts.vertices[v[2]];
             model.triangles_.push_back({{a, b, c}, unit_or_zero(glm::cross(b - a, c - a))});
-            model.triangle_vertex_normal_.push_back({normals[v[0]], normals[v[1]], normals[v[2]]});
+            if (parts.smooth)
+                model.triangle_vertex_normal_.push_back({normals[v[0]], normals[v[1]], normals[v[2]]});
             model.source_.push_back(parts.source[t]);
             model.patch_of_triangle_.push_back(p);
         }

@@ -22,6 +22,7 @@ struct BoundaryModelParts {
     Csr<Index> curve_vertex;                      ///< as in FeatureGraph
     std::vector<std::array<Index, 2>> curve_ends; ///< corners; kNoIndex where a loop has none
     std::vector<Index> corner_vertex;
+    bool smooth = true; ///< false: without normals at vertices, where only distances are asked for
 };
 
 /// Vertices of topology.boundary_faces.

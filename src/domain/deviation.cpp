@@ -355,7 +355,9 @@ BoundaryModel build_distance_model(const HexMesh& mesh, std::span<const Quad> qu
                                    std::span<const std::array<Index, 2>> feature_edges, double tolerance,
                                    double& bilinear_gap) {
     BoundaryModelParts parts;
-    parts.vertices = mesh.positions;
+    parts.smooth = false;
+    parts.vertices.reserve(mesh.vertex_count() + quads.size());
+    parts.vertices.assign(mesh.positions.begin(), mesh.positions.end());
     bilinear_gap = add_quads(quads, tolerance, parts);
     parts.patch.assign(parts.triangles.size(), 0);
     parts.patch_count = 1;

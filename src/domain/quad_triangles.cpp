@@ -73,6 +73,10 @@ int choose_cuts(double gap, double tolerance) {
 } // namespace
 
 double add_quads(std::span<const Quad> quads, double tolerance, BoundaryModelParts& parts) {
+    parts.vertices.reserve(parts.vertices.size() + quads.size());
+    parts.inside.reserve(parts.inside.size() + quads.size());
+    parts.triangles.reserve(parts.triangles.size() + 4 * quads.size());
+    parts.source.reserve(parts.source.size() + 4 * quads.size());
     double largest = 0;
     for (Index q = 0; q < quads.size(); ++q) {
         const double gap = compute_gap(parts.vertices, quads[q]);

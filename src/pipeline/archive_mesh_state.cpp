@@ -162,8 +162,8 @@ void archive(A& a, SettleReport& value) {
 
 template <class A>
 void archive(A& a, StageTime& value) {
-    auto& [stage, seconds, peak_memory_bytes] = value;
-    a(stage, seconds, peak_memory_bytes);
+    auto& [stage, seconds, cpu_seconds, peak_memory_bytes] = value;
+    a(stage, seconds, cpu_seconds, peak_memory_bytes);
 }
 
 namespace {

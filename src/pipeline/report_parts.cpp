@@ -43,6 +43,7 @@ json stages_json(const std::vector<StageTime>& times) {
     for (const StageTime& time : times)
         stages.push_back({{"stage", time.stage},
                           {"seconds", time.seconds},
+                          {"cpu_seconds", time.cpu_seconds},
                           {"peak_memory_bytes", time.peak_memory_bytes}});
     return stages;
 }

@@ -11,6 +11,7 @@ namespace hexopt {
 struct StageTime {
     std::string stage;
     double seconds;                  ///< wall clock
+    double cpu_seconds;              ///< of all threads of the process
     std::uint64_t peak_memory_bytes; ///< of the process, up to the end of the stage; 0 where unknown
 };
 
@@ -21,9 +22,11 @@ class StageClock {
     template <class Body>
     auto run(std::string name, const Body& body) {
         const auto start = std::chrono::steady_clock::now();
+        const double cpu_start = process_cpu_seconds();
         auto result = body();
         const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-        times_.push_back({std::move(name), elapsed.count(), peak_memory_bytes()});
+        times_.push_back(
+            {std::move(name), elapsed.count(), process_cpu_seconds() - cpu_start, peak_memory_bytes()});
         return result;
     }
 
@@ -38,6 +41,8 @@ class StageClock {
 
     /// Largest resident size of this process so far; 0 where the system does not tell.
     static std::uint64_t peak_memory_bytes();
+    /// Processor time of this process so far, all threads; 0 where the system does not tell.
+    static double process_cpu_seconds();
 
   private:
     std::vector<StageTime> times_;

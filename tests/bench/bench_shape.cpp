@@ -1,5 +1,5 @@
 /// Shapes a mesh from a surface, everything before the optimizer: bench_shape SURFACE [cells [gap_levels]]
-/// Prints what each stage made of the number of cells, one line, and the stages' seconds with one thread.
+/// Prints what each stage made of the number of cells, one line, and the stages' CPU seconds with one thread.
 #include "io/read_surface.hpp"
 #include "pipeline/mesh_surface.hpp"
 
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
     });
     StageClock clock;
     const auto outcome = mesh_surface(*soup, options, clock, context);
-    for (const StageTime& time : clock.times()) std::printf("%s %.2f  ", time.stage.c_str(), time.seconds);
+    for (const StageTime& time : clock.times()) std::printf("%s %.2f  ", time.stage.c_str(), time.cpu_seconds);
     if (!outcome) return std::printf("\n%s\n", outcome.error().one_line().c_str()), 3;
     const TrimReport& trim = outcome->trim;
     const std::size_t final_cells = outcome->mesh.cell_count();

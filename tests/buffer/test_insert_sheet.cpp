@@ -17,7 +17,8 @@ SheetMesh open(const FittedMesh& fitted) {
 }
 
 FittedMesh close(SheetMesh mesh, const FittedShape& shape) {
-    auto fitted = close_sheet_mesh(std::move(mesh), shape.fitted.mesh, shape.domain.model, Parallel(1));
+    auto fitted =
+        close_sheet_mesh(std::move(mesh), origin_of(shape.fitted.mesh), shape.domain.model, Parallel(1));
     if (!fitted) FAIL(fitted.error().one_line());
     return std::move(fitted).value();
 }

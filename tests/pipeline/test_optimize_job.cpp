@@ -50,6 +50,7 @@ TEST_CASE("a job writes the mesh it measured, keeps the input's arrays, and repo
     std::vector<std::string> stages;
     for (const auto& stage : report["stages"]) {
         stages.push_back(stage["stage"]);
+        CHECK(stage["cpu_seconds"].get<double>() >= 0);
         CHECK(stage["peak_memory_bytes"].get<std::uint64_t>() > 0);
     }
     CHECK(stages == std::vector<std::string>{"read", "device", "structure", "hanging", "topology",

@@ -439,13 +439,14 @@ Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, con
                                     Context& context) {
     if (Status ok = check_options(options); !ok) return ok.error();
     if (Status ok = check_entities(fitted, domain); !ok) return ok.error();
-    Result<SheetMesh> opened = open_sheet_mesh(fitted, context.parallel());
+    SheetMeshOrigin origin = origin_of(fitted.mesh);
+    Result<SheetMesh> opened = open_sheet_mesh(std::move(fitted), context.parallel());
     if (!opened) return opened.error();
     BufferRun run(std::move(opened).value(), domain, options, context);
     run.run();
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
     Result<FittedMesh> closed =
-        close_sheet_mesh(std::move(run.mesh()), fitted.mesh, domain.model, context.parallel());
+        close_sheet_mesh(std::move(run.mesh()), std::move(origin), domain.model, context.parallel());
     if (!closed) return closed.error();
     return BufferOutput{std::move(closed).value(), std::move(run.report())};
 }

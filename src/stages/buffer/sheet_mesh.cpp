@@ -89,23 +89,26 @@ Index SheetMesh::curve_of(Index a, Index b) const {
     return at != ridges.end() && at->a == key.a && at->b == key.b ? at->curve : kNoIndex;
 }
 
-Result<SheetMesh> open_sheet_mesh(const FittedMesh& fitted, const Parallel& parallel) {
+SheetMeshOrigin origin_of(const HexMesh& mesh) {
+    return {mesh.patch_names, mesh.revision, !mesh.level.empty()};
+}
+
+Result<SheetMesh> open_sheet_mesh(FittedMesh fitted, const Parallel& parallel) {
     if (Status ok = check_fitted(fitted); !ok) return ok.error();
-    const Topology topology = compute_topology(fitted.mesh, parallel);
     SheetMesh mesh;
-    mesh.positions = fitted.mesh.positions;
-    mesh.unfitted = fitted.unfitted;
-    mesh.cells = fitted.mesh.cells;
-    mesh.level = fitted.mesh.level;
-    mesh.level.resize(mesh.cells.size());
-    mesh.association = fitted.association;
-    mesh.surface = find_surface(fitted.mesh, topology);
-    mesh.ridges = fitted.ridges;
+    mesh.surface = find_surface(fitted.mesh, compute_topology(fitted.mesh, parallel));
     mesh.splits = find_splits(fitted.mesh);
+    mesh.positions = std::move(fitted.mesh.positions);
+    mesh.unfitted = std::move(fitted.unfitted);
+    mesh.cells = std::move(fitted.mesh.cells);
+    mesh.level = std::move(fitted.mesh.level);
+    mesh.level.resize(mesh.cells.size());
+    mesh.association = std::move(fitted.association);
+    mesh.ridges = std::move(fitted.ridges);
     return mesh;
 }
 
-Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, const HexMesh& like, const BoundaryModel& model,
+Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, SheetMeshOrigin origin, const BoundaryModel& model,
                                     const Parallel& parallel) {
     Result<Hanging> hanging = close_hanging(rows_of(mesh.splits), mesh.positions.size());
     if (!hanging) return hanging.error();
@@ -116,10 +119,10 @@ Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, const HexMesh& like, const B
         fitted.mesh.boundary.push_back({mesh.vertices_of(quad.face), quad.patch});
     fitted.mesh.positions = std::move(mesh.positions);
     fitted.mesh.cells = std::move(mesh.cells);
-    if (!like.level.empty()) fitted.mesh.level = std::move(mesh.level);
+    if (origin.has_level) fitted.mesh.level = std::move(mesh.level);
     fitted.mesh.hanging = std::move(hanging).value();
-    fitted.mesh.patch_names = like.patch_names;
-    fitted.mesh.revision = like.revision + 1;
+    fitted.mesh.patch_names = std::move(origin.patch_names);
+    fitted.mesh.revision = origin.revision + 1;
     fitted.association = std::move(mesh.association);
     fitted.ridges = std::move(mesh.ridges);
     apply_hanging(fitted.mesh, parallel);

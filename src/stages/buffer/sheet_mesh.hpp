@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 
 namespace hexopt {
 
@@ -77,12 +78,20 @@ struct SheetMesh {
 };
 
 /// Error (bad_input): associations, ridges or boundary quads that do not fit the mesh.
-Result<SheetMesh> open_sheet_mesh(const FittedMesh& fitted, const Parallel& parallel);
+Result<SheetMesh> open_sheet_mesh(FittedMesh fitted, const Parallel& parallel);
 
-/// The way back; names and revision are those of `like`, one revision later. Hanging vertices are put where
+/// What of a mesh its form for sheets does not hold.
+struct SheetMeshOrigin {
+    std::vector<std::string> patch_names;
+    std::uint64_t revision = 0;
+    bool has_level = false;
+};
+SheetMeshOrigin origin_of(const HexMesh& mesh);
+
+/// The way back; names and revision are those of `origin`, one revision later. Hanging vertices are put where
 /// their masters want them; those that no longer hang are bound to the curve or patch they are on. Error
 /// (bad_input): constraints that contradict one another.
-Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, const HexMesh& like, const BoundaryModel& model,
+Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, SheetMeshOrigin origin, const BoundaryModel& model,
                                     const Parallel& parallel);
 
 } // namespace hexopt
