@@ -49,7 +49,7 @@ void HomeMotion::freedoms(std::span<const Point> positions, std::span<Freedom> o
         out[d] = {Freedom::none, Point(0)};
         if (bound[v].kind == EntityKind::corner || hold_[v] == Hold::fixed) continue;
         const Projection& at = project(d, positions[v]);
-        out[d] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, at.smooth_direction};
+        out[d] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, at.direction};
     }
 }
 
@@ -69,7 +69,7 @@ LimitTerm HomeMotion::limit(Index dof, const Point& at) const {
     term.energy = stiffness_[dof] * glm::dot(offset, offset);
     term.gradient = 2 * stiffness_[dof] * offset;
     glm::dmat3 across(1);
-    const Point& n = foot.smooth_direction;
+    const Point& n = foot.direction;
     if (kind == EntityKind::patch) across = glm::outerProduct(n, n);
     if (kind == EntityKind::curve) across -= glm::outerProduct(n, n);
     term.hessian = 2 * stiffness_[dof] * across;

@@ -88,6 +88,9 @@ class Engine {
     /// What a unit of the host's work buys, 0..1: max-min shortens its budget by this.
     virtual double speed() const { return 1; }
     virtual bool raises_vertices() const { return false; }
+    /// Whether parts that share no cells are better minimised one by one: each then has its own steps and its
+    /// own regularisation. Devices need everything at once.
+    virtual bool takes_parts() const { return true; }
 };
 
 class HostEngine final : public Engine {

@@ -12,6 +12,12 @@ namespace {
 constexpr std::size_t kEnergyChunk = 256;
 constexpr int kMaxHalvings = 12;
 constexpr double kArmijo = 1e-4;
+/// A step is blocked where, halved so many times, less of its slope is left than this share.
+constexpr int kFirstBlockTest = 2;
+constexpr double kLeastShareOfSlope = 0.3;
+/// Of a dof's step that its entity does not let through, for which it is held.
+constexpr double kBlockedShare = 0.3;
+constexpr int kMaxHolds = 4;
 
 HexGroup group_of(const Problem& problem, const Objective& objective, std::span<const Point> positions,
                   std::size_t begin, std::size_t end) {
@@ -33,7 +39,9 @@ HexGroup group_of(const Problem& problem, const Objective& objective, std::span<
 
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
-      gradient_(problem.dof_count()), step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {
+      gradient_(problem.dof_count()), step_(problem.dof_count()),
+      start_(problem.dof_count() + problem.hanging_rows().size()),
+      freedom_(motion ? problem.dof_count() : 0) {
     problem.release_cell_dof();
 }
 
@@ -169,24 +177,57 @@ void Newton::assemble(const Objective& objective) {
 }
 
 /// Moves along step_ by the first of 1, 1/2, 1/4, ... that lowers the energy enough.
-bool Newton::search_line(const Objective& objective, double slope, ObjectiveValue& value) {
-    trial_ = positions_;
+Newton::Search Newton::search_line(const Objective& objective, double slope, ObjectiveValue& value) {
     const auto dofs = problem_.dof_vertex();
+    const auto rows = problem_.hanging_rows();
+    const auto hanging = [&](std::size_t i) { return problem_.mesh().hanging.vertex[rows[i]]; };
+    for (std::size_t d = 0; d < dofs.size(); ++d) start_[d] = positions_[dofs[d]];
+    for (std::size_t i = 0; i < rows.size(); ++i) start_[dofs.size() + i] = positions_[hanging(i)];
     double length = 1;
+    Search result = Search::stalled;
     for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {
         budget_.parallel().for_each(dofs.size(), 1024, [&](std::size_t d) {
-            const Point wanted = positions_[dofs[d]] + length * step_[d];
-            trial_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), wanted) : wanted;
+            const Point wanted = start_[d] + length * step_[d];
+            positions_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), wanted) : wanted;
         });
-        problem_.apply_hanging(trial_);
-        const ObjectiveValue at = evaluate_at(objective, trial_);
+        problem_.apply_hanging(positions_);
+        const ObjectiveValue at = evaluate_at(objective, positions_);
         if (at.energy <= value.energy + kArmijo * length * slope) {
-            positions_.swap(trial_);
             value = at;
-            return true;
+            return Search::moved;
+        }
+        if (motion_ && halving >= kFirstBlockTest && is_blocked(length, slope)) {
+            hold_blocked(length);
+            result = Search::blocked;
+            break;
         }
     }
-    return false;
+    for (std::size_t d = 0; d < dofs.size(); ++d) positions_[dofs[d]] = start_[d];
+    for (std::size_t i = 0; i < rows.size(); ++i) positions_[hanging(i)] = start_[dofs.size() + i];
+    return result;
+}
+
+/// Whether what the entities let through of the step would not lower the energy as it was meant to.
+bool Newton::is_blocked(double length, double slope) const {
+    const auto dofs = problem_.dof_vertex();
+    double got = 0;
+    for (std::size_t d = 0; d < dofs.size(); ++d)
+        got -= glm::dot(gradient_[d], positions_[dofs[d]] - start_[d]);
+    return got > kLeastShareOfSlope * length * slope;
+}
+
+/// Takes from the dofs that their entity did not let go where they wanted the direction in which it did not.
+void Newton::hold_blocked(double length) {
+    const auto dofs = problem_.dof_vertex();
+    for (std::size_t d = 0; d < dofs.size(); ++d) {
+        Freedom& freedom = freedom_[d];
+        if (freedom.kind != Freedom::plane && freedom.kind != Freedom::line) continue;
+        const Point wanted = length * step_[d], got = positions_[dofs[d]] - start_[d];
+        const double size = glm::length(wanted), went = glm::length(got);
+        if (!(glm::distance(wanted, got) > kBlockedShare * size)) continue;
+        const bool goes_along = freedom.kind == Freedom::plane && went > kBlockedShare * size;
+        freedom = goes_along ? Freedom{Freedom::line, got / went} : Freedom{Freedom::none, Point(0)};
+    }
 }
 
 NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& options) {
@@ -201,13 +242,17 @@ NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& o
         if (motion_) motion_->freedoms(positions_, freedom_);
         assemble(objective);
         for (Point& g : gradient_) g = -g;
-        const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
-                                     options.cg_max_iterations, budget_.parallel());
-        result.cg_iterations += cg.iterations;
-        double slope = 0;
-        for (std::size_t d = 0; d < step_.size(); ++d) slope -= glm::dot(gradient_[d], step_[d]);
         const double before = value.energy;
-        if (!(slope < 0) || !search_line(objective, slope, value)) {
+        Search search = Search::blocked;
+        for (int hold = 0; hold <= kMaxHolds && search == Search::blocked; ++hold) {
+            const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
+                                         options.cg_max_iterations, budget_.parallel());
+            result.cg_iterations += cg.iterations;
+            double slope = 0;
+            for (std::size_t d = 0; d < step_.size(); ++d) slope -= glm::dot(gradient_[d], step_[d]);
+            search = slope < 0 ? search_line(objective, slope, value) : Search::stalled;
+        }
+        if (search != Search::moved) {
             result.stalled = true;
             break;
         }

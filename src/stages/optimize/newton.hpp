@@ -31,14 +31,18 @@ class Newton final : public Minimiser {
     double limit_energy(const Objective& objective, std::span<const Point> positions) const;
     void add_limit_gradient(const Objective& objective);
     void add_limit_hessian(const Objective& objective);
-    bool search_line(const Objective& objective, double slope, ObjectiveValue& value);
+    enum class Search { moved, stalled, blocked };
+    Search search_line(const Objective& objective, double slope, ObjectiveValue& value);
+    bool is_blocked(double length, double slope) const;
+    void hold_blocked(double length);
 
     Problem& problem_;
     std::vector<Point>& positions_;
     const Motion* motion_;
     Budget& budget_;
     BlockMatrix matrix_;
-    std::vector<Point> gradient_, step_, trial_;
+    std::vector<Point> gradient_, step_;
+    std::vector<Point> start_; ///< of a line search: dofs, then what hangs on them
     std::vector<Freedom> freedom_;
 };
 

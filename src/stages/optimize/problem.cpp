@@ -29,8 +29,10 @@ constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
 Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
                  std::uint32_t tets, std::span<const float> inverse_stretch)
     : mesh_(&mesh), inverse_stretch_(inverse_stretch) {
-    number_dofs(topology, movable);
-    make_shares(topology);
+    auto numbers = std::make_shared<Numbers>();
+    number_dofs(topology, movable, *numbers);
+    make_shares(topology, *numbers);
+    numbers_ = std::move(numbers);
     collect_cells(topology);
     order_cells(tets);
     set_weights();
@@ -38,11 +40,11 @@ Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const 
 }
 
 /// Breadth-first over the cells: neighbours in space end up near each other whatever the input's numbering.
-void Problem::number_dofs(const Topology& topology, std::span<const std::uint8_t> movable) {
+void Problem::number_dofs(const Topology& topology, std::span<const std::uint8_t> movable, Numbers& numbers) {
     const auto is_dof = [&](Index v) {
         return movable[v] && (topology.hanging_row.empty() || topology.hanging_row[v] == kNoIndex);
     };
-    vertex_dof_.assign(mesh_->vertex_count(), kNoIndex);
+    numbers.vertex_dof.assign(mesh_->vertex_count(), kNoIndex);
     std::vector<std::uint8_t> seen(mesh_->vertex_count(), 0);
     std::vector<Index> queue;
     for (Index seed = 0; seed < mesh_->vertex_count(); ++seed) {
@@ -52,36 +54,40 @@ void Problem::number_dofs(const Topology& topology, std::span<const std::uint8_t
         for (std::size_t head = 0; head < queue.size(); ++head) {
             const Index v = queue[head];
             if (is_dof(v)) {
-                vertex_dof_[v] = static_cast<Index>(dof_vertex_.size());
-                dof_vertex_.push_back(v);
+                numbers.vertex_dof[v] = static_cast<Index>(dof_vertex_.size());
+                add_dof(v);
             }
             for (CellCorner corner : topology.vertex_cell[v])
                 for (Index w : mesh_->cells[corner.cell])
                     if (!seen[w] && movable[w]) seen[w] = 1, queue.push_back(w);
         }
     }
-    self_share_.resize(dof_count());
-    for (Index d = 0; d < dof_count(); ++d) self_share_[d] = {d, 1.0f};
 }
 
-void Problem::make_shares(const Topology& topology) {
+void Problem::add_dof(Index vertex) {
+    self_share_.push_back({static_cast<Index>(dof_vertex_.size()), 1.0f});
+    dof_vertex_.push_back(vertex);
+}
+
+void Problem::make_shares(const Topology& topology, Numbers& numbers) {
     const Hanging& hanging = mesh_->hanging;
     if (hanging.empty()) return;
-    hanging_row_ = topology.hanging_row;
+    numbers.hanging_row = topology.hanging_row;
+    Csr<DofShare>& shares = numbers.hanging_share;
     for (std::size_t row = 0; row < hanging.count(); ++row) {
         for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
-            if (const Index dof = vertex_dof_[hanging.master[k]]; dof != kNoIndex)
-                hanging_share_.item.push_back({dof, static_cast<float>(hanging.weight[k])});
-        if (hanging_share_.item.size() > hanging_share_.offset.back())
-            hanging_rows_.push_back(static_cast<Index>(row));
-        hanging_share_.offset.push_back(hanging_share_.item.size());
+            if (const Index dof = numbers.vertex_dof[hanging.master[k]]; dof != kNoIndex)
+                shares.item.push_back({dof, static_cast<float>(hanging.weight[k])});
+        if (shares.item.size() > shares.offset.back()) hanging_rows_.push_back(static_cast<Index>(row));
+        shares.offset.push_back(shares.item.size());
     }
 }
 
 std::span<const DofShare> Problem::shares(Index vertex) const {
-    if (const Index dof = vertex_dof_[vertex]; dof != kNoIndex) return {&self_share_[dof], 1};
-    if (hanging_row_.empty() || hanging_row_[vertex] == kNoIndex) return {};
-    return hanging_share_[hanging_row_[vertex]];
+    const Numbers& numbers = *numbers_;
+    if (const Index dof = numbers.vertex_dof[vertex]; dof != kNoIndex) return {&self_share_[dof], 1};
+    if (numbers.hanging_row.empty() || numbers.hanging_row[vertex] == kNoIndex) return {};
+    return numbers.hanging_share[numbers.hanging_row[vertex]];
 }
 
 void Problem::collect_cells(const Topology& topology) {
@@ -113,7 +119,7 @@ void Problem::order_cells(std::uint32_t tets) {
         for (Index v : cell(i)) {
             const auto list = shares(v);
             for (DofShare share : list) dofs.push_back(share.dof);
-            if (!list.empty() && vertex_dof_[v] == kNoIndex) cell_hanging_[i] = 1;
+            if (!list.empty() && vertex_dof(v) == kNoIndex) cell_hanging_[i] = 1;
         }
         std::sort(dofs.begin(), dofs.end());
         dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
@@ -176,6 +182,50 @@ void Problem::update_lengths(std::span<const Point> positions, const Parallel& p
     parallel.for_each(cell_count(), 4096, [&](std::size_t i) {
         inverse_length_[i] = 1.0f / std::max(inverse_length_[i], floor);
     });
+}
+
+std::vector<Problem> Problem::split(Problem whole) {
+    UnionFind sets = find_dof_parts(whole);
+    std::vector<Problem> parts;
+    std::vector<Index> part_of(whole.dof_count()), local(whole.dof_count());
+    for (Index d = 0; d < whole.dof_count(); ++d) {
+        const Index root = sets.find(d);
+        if (root == d) {
+            part_of[d] = static_cast<Index>(parts.size());
+            Problem& part = parts.emplace_back(Problem());
+            part.mesh_ = whole.mesh_;
+            part.inverse_stretch_ = whole.inverse_stretch_;
+        }
+        part_of[d] = part_of[root];
+        local[d] = static_cast<Index>(parts[part_of[d]].dof_count());
+        parts[part_of[d]].add_dof(whole.dof_vertex_[d]);
+    }
+    if (parts.size() == 1) {
+        parts.front() = std::move(whole);
+        return parts;
+    }
+    for (std::size_t c = 0; c < whole.cell_count(); ++c) {
+        const auto dofs = whole.cell_dof_[c];
+        Problem& part = parts[part_of[dofs.front()]];
+        part.cell_id_.push_back(whole.cell_id_[c]);
+        part.tet_mask_.push_back(whole.tet_mask_[c]);
+        part.weight_.push_back(whole.weight_[c]);
+        part.inverse_length_.push_back(whole.inverse_length_[c]);
+        if (!whole.cell_hanging_.empty()) part.cell_hanging_.push_back(whole.cell_hanging_[c]);
+        for (Index d : dofs) part.cell_dof_.item.push_back(local[d]);
+        part.cell_dof_.offset.push_back(part.cell_dof_.item.size());
+    }
+    auto numbers = std::make_shared<Numbers>(*whole.numbers_);
+    for (Index row : whole.hanging_rows_) {
+        parts[part_of[numbers->hanging_share[row].front().dof]].hanging_rows_.push_back(row);
+    }
+    for (DofShare& share : numbers->hanging_share.item) share.dof = local[share.dof];
+    for (Index d = 0; d < whole.dof_count(); ++d) numbers->vertex_dof[whole.dof_vertex_[d]] = local[d];
+    for (Problem& part : parts) {
+        part.numbers_ = numbers;
+        part.schedule_ = ChunkSchedule(part.cell_dof_, part.dof_count(), kCellChunk);
+    }
+    return parts;
 }
 
 UnionFind find_dof_parts(const Problem& problem) {

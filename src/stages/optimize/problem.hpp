@@ -8,6 +8,7 @@
 #include "stages/optimize/chunk_schedule.hpp"
 #include "stages/optimize/optimize.hpp"
 
+#include <memory>
 #include <span>
 
 namespace hexopt {
@@ -59,13 +60,16 @@ class Problem {
     void release_cell_dof() { cell_dof_ = {}; }
 
     /// Dof of a vertex, kNoIndex where it is fixed or hanging.
-    Index vertex_dof(Index vertex) const { return vertex_dof_[vertex]; }
+    Index vertex_dof(Index vertex) const { return numbers_->vertex_dof[vertex]; }
 
     /// Dofs that a vertex depends on: itself, or the movable masters of a hanging vertex.
     std::span<const DofShare> shares(Index vertex) const;
 
     bool has_hanging() const { return !hanging_rows_.empty(); }
     bool cell_has_hanging(std::size_t cell) const { return !cell_hanging_.empty() && cell_hanging_[cell]; }
+
+    /// Rows of mesh.hanging that depend on dofs.
+    std::span<const Index> hanging_rows() const { return hanging_rows_; }
 
     /// Recomputes the hanging vertices that depend on dofs.
     void apply_hanging(std::span<Point> positions) const;
@@ -75,19 +79,31 @@ class Problem {
     /// mean over the mesh.
     void update_lengths(std::span<const Point> positions, const Parallel& parallel);
 
+    /// The sets of dofs that cells connect, directly or through others, as problems of their own, by their
+    /// lowest dof; what one does to the positions, no other sees. Before release_cell_dof().
+    static std::vector<Problem> split(Problem whole);
+
   private:
-    void number_dofs(const Topology& topology, std::span<const std::uint8_t> movable);
+    /// By numbers of the mesh; what parts of a problem share, as no vertex depends on dofs of two.
+    struct Numbers {
+        std::vector<Index> vertex_dof;
+        Csr<DofShare> hanging_share;    ///< per hanging row
+        std::vector<Index> hanging_row; ///< per vertex, empty in conforming meshes
+    };
+
+    Problem() = default;
+    void number_dofs(const Topology& topology, std::span<const std::uint8_t> movable, Numbers& numbers);
+    void make_shares(const Topology& topology, Numbers& numbers);
     void collect_cells(const Topology& topology);
     void order_cells(std::uint32_t tets);
-    void make_shares(const Topology& topology);
     void set_weights();
+    void add_dof(Index vertex);
 
-    const HexMesh* mesh_;
-    std::vector<Index> dof_vertex_, vertex_dof_;
+    const HexMesh* mesh_ = nullptr;
+    std::shared_ptr<const Numbers> numbers_;
+    std::vector<Index> dof_vertex_;
     std::vector<DofShare> self_share_; ///< per dof
-    Csr<DofShare> hanging_share_;      ///< per hanging row of the mesh
-    std::vector<Index> hanging_row_;   ///< per vertex, empty in conforming meshes
-    std::vector<Index> hanging_rows_;  ///< rows that depend on a dof
+    std::vector<Index> hanging_rows_;
     std::vector<Index> cell_id_;
     std::vector<std::uint8_t> cell_hanging_;
     Csr<Index> cell_dof_;

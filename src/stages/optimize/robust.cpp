@@ -263,9 +263,19 @@ class RobustRun {
     }
 
     void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds) {
-        Problem problem(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch);
-        SurfaceMotion motion(problem, *surface_, limits_);
-        finish_untangling(*engine_.open(problem, positions_, &motion), max_rounds);
+        Problem whole(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch);
+        std::vector<Problem> parts;
+        if (engine_.takes_parts())
+            parts = Problem::split(std::move(whole));
+        else
+            parts.push_back(std::move(whole));
+        double eps = 0;
+        for (Problem& part : parts) {
+            SurfaceMotion motion(part, *surface_, limits_);
+            finish_untangling(*engine_.open(part, positions_, &motion), max_rounds);
+            eps = std::max(eps, eps_);
+        }
+        eps_ = eps;
     }
 
     std::vector<Index> boundary_among(const std::vector<std::uint8_t>& moving) const {

@@ -100,7 +100,9 @@ Projection SurfaceMotion::project(Index dof, const Point& query) const {
     Last& last = last_[dof];
     const Projection at =
         surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, last.element);
-    last = {query, at.point, at.smooth_direction, at.element};
+    // Not the smooth direction: where large triangles lie beside small ones it leans far out of their plane,
+    // and steps along it push against the surface.
+    last = {query, at.point, at.direction, at.element};
     return at;
 }
 
