@@ -7,6 +7,7 @@
 #include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "stages/optimize/contact_guard.hpp"
+#include "stages/optimize/retreat.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -17,6 +18,11 @@ namespace {
 
 /// Repairs end where the octree would grow beyond so many times its first size.
 constexpr std::size_t kMostGrowth = 3;
+/// Attempts after the best one that may be no better than it.
+constexpr std::ptrdiff_t kMostInVain = 2;
+/// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
+/// refined; it is good where nothing has to go farther than kNear_rel of the diagonal.
+constexpr double kFewFailed = 20, kFewFailedShare = 1e-3, kNear_rel = 3e-4;
 
 /// From patches of the domain to the input's names; quads without one take that of the nearest patch.
 void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
@@ -161,21 +167,48 @@ class Attempts {
         const std::vector<Index> near = find_cells_to_refine(current);
         state_.attempts.push_back({current.fitted.mesh.cell_count(), current.failed.size(), 0});
         log(current);
-        if (!state_.best || current.failed.size() < state_.best->failed.size())
-            state_.best = std::move(current);
+        const bool is_best = !state_.best || current.failed.size() < state_.best->failed.size();
+        if (is_best) state_.best = std::move(current);
         state_.current.reset();
         if (is_cancelled) {
             state_.best->stats.reset();
             return Done{};
         }
         state_.phase = MeshPhase::refined;
-        if (!refine_for_next(near)) end();
+        if (is_in_vain() || (is_best && settles_near(*state_.best)) || !refine_for_next(near)) end();
         return Done{};
+    }
+
+    /// Whether the last attempts were no better than one before them.
+    bool is_in_vain() const {
+        const auto best = std::min_element(
+            state_.attempts.begin(), state_.attempts.end(),
+            [](const AttemptCount& a, const AttemptCount& b) { return a.failed < b.failed; });
+        return state_.attempts.end() - best > kMostInVain;
+    }
+
+    /// Whether no cell fails, or a few that only need the surface to be left by next to nothing.
+    bool settles_near(const MeshAttempt& attempt) const {
+        const std::size_t failed = attempt.failed.size(), cells = attempt.fitted.mesh.cell_count();
+        if (failed == 0) return true;
+        if (static_cast<double>(failed) > kFewFailed + kFewFailedShare * static_cast<double>(cells))
+            return false;
+        const double near = std::min(kNear_rel, options_.optimize.max_deviation_rel);
+        const double left_s = state_.counts.optimize_s_left(options_);
+        if (!(near > 0 && left_s > 0)) return false;
+        HexMesh trial = attempt.fitted.mesh;
+        RetreatOptions back;
+        back.unfitted = attempt.fitted.unfitted;
+        back.max_deviation = near * domain_.model.diagonal();
+        back.time_limit_s = left_s;
+        const RetreatReport report = clock_.run(
+            "try_settle", [&] { return retreat(trial, attempt.topology, domain_.model, back, context_); });
+        return report.bad_after + report.touching_after == 0;
     }
 
     /// False: there is no next attempt.
     bool refine_for_next(const std::vector<Index>& near) {
-        if (state_.best->failed.empty() || near.empty() || state_.round == options_.repairs) return false;
+        if (near.empty() || state_.round == options_.repairs) return false;
         if (!(state_.counts.optimize_s_left(options_) > 0)) return false;
         const RefineCount count = refine_cells(state_.refined, near, context_);
         state_.attempts.back().refined = count.requested;

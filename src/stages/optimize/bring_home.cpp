@@ -18,7 +18,8 @@ class BringHome {
     BringHome(const AwayMesh& away, std::span<const std::uint8_t> moving, std::vector<Point>& positions,
               std::vector<Hold>& hold, Budget& budget)
         : away_(away), positions_(positions), hold_(hold), budget_(budget), saved_(positions),
-          saved_hold_(hold), problem_(*away.mesh, *away.topology, moving), parts_(find_dof_parts(problem_)) {
+          saved_hold_(hold), moving_(moving.begin(), moving.end()),
+          problem_(*away.mesh, *away.topology, moving), parts_(find_dof_parts(problem_)) {
         std::vector<std::uint8_t> moves(away.mesh->vertex_count(), 0);
         for (Index v = 0; v < moves.size(); ++v) moves[v] = !problem_.shares(v).empty();
         quads_ = away.contacts->quads_with(moves);
@@ -31,11 +32,7 @@ class BringHome {
             hold_[v] = Hold::home;
         }
         problem_.apply_hanging(positions_);
-        HomeMotion motion(problem_, *away_.surface, hold_, saved_);
-        problem_.update_lengths(saved_, budget_.parallel());
-        motion.update(kPull);
-        Newton newton(problem_, positions_, &motion, budget_);
-        untangle_regularised(newton, kRounds, budget_);
+        untangle();
         const auto after = measure_cells(problem_, positions_, budget_.parallel());
         judge(before, after, least_sj);
         std::size_t home = 0;
@@ -48,6 +45,16 @@ class BringHome {
         float before = 1, after = 1;
         bool bad = false;
     };
+
+    void untangle() {
+        for (Problem& part : Problem::split(Problem(*away_.mesh, *away_.topology, moving_))) {
+            HomeMotion motion(part, *away_.surface, hold_, saved_);
+            part.update_lengths(saved_, budget_.parallel());
+            motion.update(kPull);
+            Newton newton(part, positions_, &motion, budget_);
+            untangle_regularised(newton, kRounds, budget_);
+        }
+    }
 
     void judge(const std::vector<CellMeasure>& before, const std::vector<CellMeasure>& after,
                double least_sj) {
@@ -99,6 +106,7 @@ class BringHome {
     Budget& budget_;
     const std::vector<Point> saved_;
     const std::vector<Hold> saved_hold_;
+    const std::vector<std::uint8_t> moving_;
     Problem problem_;
     UnionFind parts_; ///< of the dofs
     std::vector<Index> quads_;

@@ -30,13 +30,13 @@ Csr<Index> invert(const std::vector<std::array<Index, 2>>& key_value, std::size_
 Homecoming::Homecoming(Problem& problem, const BoundaryModel& surface, const BoundaryContacts& contacts,
                        std::vector<Point>& positions, std::vector<Hold>& hold, Budget& budget)
     : problem_(problem), surface_(surface), contacts_(contacts), positions_(positions), hold_(hold),
-      budget_(budget), anchor_(positions), touched_at_start_(contacts.quad_count(), 0),
-      motion_(problem, surface, hold, anchor_), newton_(problem, positions, &motion_, budget) {
+      budget_(budget), anchor_(positions), motion_(problem, surface, hold, anchor_),
+      newton_(problem, positions, &motion_, budget) {
     const HexMesh& mesh = problem.mesh();
     std::vector<std::uint8_t> moves(mesh.vertex_count(), 0);
     for (Index v : problem.dof_vertex()) moves[v] = 1;
     std::vector<std::array<Index, 2>> dof_row, dof_cell;
-    for (Index row = 0; row < mesh.hanging.count(); ++row)
+    for (Index row : problem.hanging_rows())
         for (DofShare share : problem.shares(mesh.hanging.vertex[row])) {
             dof_row.push_back({share.dof, row});
             moves[mesh.hanging.vertex[row]] = 1;
@@ -49,7 +49,8 @@ Homecoming::Homecoming(Problem& problem, const BoundaryModel& surface, const Bou
     dof_row_ = invert(dof_row, problem.dof_count());
     dof_cell_ = invert(dof_cell, problem.dof_count());
     moving_quads_ = contacts.quads_with(moves);
-    for (Index q : contacts.touching(positions, moving_quads_, budget.parallel())) touched_at_start_[q] = 1;
+    touched_at_start_ = contacts.touching(positions, moving_quads_, budget.parallel());
+    std::sort(touched_at_start_.begin(), touched_at_start_.end());
 }
 
 void Homecoming::run() {
@@ -94,7 +95,9 @@ bool Homecoming::try_step(const Step& step) {
 
 std::vector<Index> Homecoming::new_contacts() const {
     std::vector<Index> quads = contacts_.touching(positions_, moving_quads_, budget_.parallel());
-    std::erase_if(quads, [&](Index q) { return touched_at_start_[q] != 0; });
+    std::erase_if(quads, [&](Index q) {
+        return std::binary_search(touched_at_start_.begin(), touched_at_start_.end(), q);
+    });
     return quads;
 }
 

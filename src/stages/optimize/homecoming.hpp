@@ -16,7 +16,8 @@ class Homecoming {
 
     void run();
 
-    std::span<const std::uint8_t> touched_at_start() const { return touched_at_start_; }
+    /// Boundary quads.
+    std::span<const Index> touched_at_start() const { return touched_at_start_; }
 
   private:
     struct Step {
@@ -37,9 +38,9 @@ class Homecoming {
     Budget& budget_;
     std::vector<Point> anchor_;
     std::vector<Index> moving_quads_;
-    std::vector<std::uint8_t> touched_at_start_; ///< per boundary quad
-    Csr<Index> dof_cell_;                        ///< cells of the problem that depend on a dof
-    Csr<Index> dof_row_;                         ///< rows of mesh.hanging that depend on a dof
+    std::vector<Index> touched_at_start_; ///< rising
+    Csr<Index> dof_cell_;                 ///< cells of the problem that depend on a dof
+    Csr<Index> dof_row_;                  ///< rows of mesh.hanging that depend on a dof
     HomeMotion motion_;
     Newton newton_;
 };

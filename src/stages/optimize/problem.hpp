@@ -80,7 +80,8 @@ class Problem {
     void update_lengths(std::span<const Point> positions, const Parallel& parallel);
 
     /// The sets of dofs that cells connect, directly or through others, as problems of their own, by their
-    /// lowest dof; what one does to the positions, no other sees. Before release_cell_dof().
+    /// lowest dof; what one does to the positions, no other sees. Before release_cell_dof(). Ask a part only
+    /// for the vertices of its own cells.
     static std::vector<Problem> split(Problem whole);
 
   private:

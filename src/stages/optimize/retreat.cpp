@@ -133,13 +133,16 @@ class Retreat {
     }
 
     void untangle_held(std::span<const std::uint8_t> moving, double pull) {
-        Problem problem(mesh_, topology_, moving);
-        problem.update_lengths(mesh_.positions, budget_.parallel());
-        HomeMotion motion(problem, surface_, hold_, anchor_);
-        motion.update(pull);
-        Newton newton(problem, mesh_.positions, &motion, budget_);
-        untangle_regularised(newton, kUntangleRounds, budget_);
-        report_.moved = std::max(report_.moved, problem.dof_count());
+        std::size_t moved = 0;
+        for (Problem& part : Problem::split(Problem(mesh_, topology_, moving))) {
+            part.update_lengths(mesh_.positions, budget_.parallel());
+            HomeMotion motion(part, surface_, hold_, anchor_);
+            motion.update(pull);
+            Newton newton(part, mesh_.positions, &motion, budget_);
+            untangle_regularised(newton, kUntangleRounds, budget_);
+            moved += part.dof_count();
+        }
+        report_.moved = std::max(report_.moved, moved);
     }
 
     void come_home() {
@@ -148,13 +151,16 @@ class Retreat {
             for (Index v : mesh_.cells[c]) set_fixed(v);
         for (Index v = 0; v < mesh_.vertex_count(); ++v)
             if (hold_[v] == Hold::anchored) hold_[v] = Hold::drawn;
-        Problem problem(mesh_, topology_, movable_);
-        Homecoming homecoming(problem, surface_, apart_, mesh_.positions, hold_, budget_);
-        homecoming.run();
-        const AwayMesh away{&mesh_, &topology_, &surface_, &apart_, movable_, homecoming.touched_at_start()};
+        std::vector<std::uint8_t> touched(apart_.quad_count(), 0);
+        for (Problem& part : Problem::split(Problem(mesh_, topology_, movable_))) {
+            Homecoming homecoming(part, surface_, apart_, mesh_.positions, hold_, budget_);
+            homecoming.run();
+            for (Index q : homecoming.touched_at_start()) touched[q] = 1;
+        }
+        const AwayMesh away{&mesh_, &topology_, &surface_, &apart_, movable_, touched};
         for (EntityKind kind : {EntityKind::corner, EntityKind::curve, EntityKind::patch})
             bring_home(away, kind, kLeastSjHome, mesh_.positions, hold_, budget_);
-        give_up_beyond_bound(problem);
+        give_up_beyond_bound(Problem(mesh_, topology_, movable_));
         std::size_t bad = 0, touching = 0;
         find_seeds(bad, touching);
         if (bad + touching >= report_.bad_before + report_.touching_before) {
