@@ -7,6 +7,7 @@ namespace hexopt {
 
 namespace {
 
+constexpr double kValidEps = 1e-12;
 constexpr int kMaxNarrowings = 4;
 constexpr float kNarrower = 0.8f;
 
@@ -91,10 +92,15 @@ class MaxMin {
         for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
     }
 
-    MaxMinResult run(double wanted) {
+    MaxMinResult run(double wanted, bool thorough) {
         const double target = std::min(wanted, max_min::kPerfect);
         MaxMinResult result;
         result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
+        if (engine_.takes_parts() && !(movement_.band > 0)) {
+            const bool all = raise_parts(target, result);
+            result.min_sj_after = summarise(measure_).min_sj;
+            if (!all && !thorough) return result;
+        }
         int tries_in_vain = 0;
         std::size_t strategy = 0;
         while (tries_in_vain < static_cast<int>(std::size(max_min::kStrategies)) &&
@@ -121,68 +127,152 @@ class MaxMin {
     }
 
   private:
-    bool attempt(double theta, double shape_weight, MaxMinResult& result) {
+    /// What is raised together.
+    struct Local {
+        Problem problem;
+        std::optional<SurfaceMotion> motion;
+        std::unique_ptr<Minimiser> minimiser;
+        std::vector<Point> saved;  ///< per dof: before the attempt
+        std::vector<Index> opened; ///< bands
+
+        Local(Problem taken, std::vector<Index> bands)
+            : problem(std::move(taken)), opened(std::move(bands)) {}
+    };
+
+    void open(Local& local) {
+        if (movement_.surface) local.motion.emplace(local.problem, *movement_.surface, *movement_.limits);
+        local.minimiser = engine_.open(local.problem, positions_, local.motion ? &*local.motion : nullptr);
+        local.minimiser->update_lengths();
+        attempt_cells_ = local.problem.cell_count();
+    }
+
+    /// Cells below a threshold.
+    std::vector<Index> find_seeds(double below) const {
         std::vector<Index> seeds;
         for (std::size_t i = 0; i < measure_.size(); ++i)
-            if (measure_[i].min_sj < theta + max_min::kMargin || measure_[i].has_bad32)
-                seeds.push_back(cell_id_[i]);
-        const std::vector<Index> opened = open_bands(movement_, seeds);
+            if (is_below(measure_[i], below)) seeds.push_back(cell_id_[i]);
+        return seeds;
+    }
+
+    static bool is_below(const CellMeasure& cell, double level) {
+        return cell.min_sj < level || cell.has_bad32;
+    }
+
+    Problem make_problem(std::span<const Index> seeds) const {
         const auto moving = movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable,
                                                   seeds, max_min::kRings);
-        Problem problem(*movement_.mesh, *movement_.topology, moving, movement_.tets,
-                        movement_.inverse_stretch);
-        attempt_cells_ = problem.cell_count();
-        saved_.assign(problem.dof_count(), Point(0));
-        for (std::size_t d = 0; d < saved_.size(); ++d) saved_[d] = positions_[problem.dof_vertex()[d]];
+        return Problem(*movement_.mesh, *movement_.topology, moving, movement_.tets,
+                       movement_.inverse_stretch);
+    }
 
-        std::optional<SurfaceMotion> motion;
-        if (movement_.surface) motion.emplace(problem, *movement_.surface, *movement_.limits);
-        const auto newton = engine_.open(problem, positions_, motion ? &*motion : nullptr);
-        newton->update_lengths();
-        const Worst before = summarise(newton->measure());
+    bool attempt(double theta, double shape_weight, MaxMinResult& result) {
+        const std::vector<Index> seeds = find_seeds(theta + max_min::kMargin);
+        std::vector<Index> opened = open_bands(movement_, seeds);
+        Local local(make_problem(seeds), std::move(opened));
+        open(local);
+        return raise(local, theta, shape_weight, eps_, result);
+    }
+
+    bool raise(Local& local, double theta, double shape_weight, double eps, MaxMinResult& result) {
+        const Problem& problem = local.problem;
+        local.saved.assign(problem.dof_count(), Point(0));
+        for (std::size_t d = 0; d < local.saved.size(); ++d)
+            local.saved[d] = positions_[problem.dof_vertex()[d]];
+        const Worst before = summarise(local.minimiser->measure());
         for (int narrowing = 0; narrowing < kMaxNarrowings && problem.dof_count() > 0; ++narrowing) {
-            if (narrowing > 0) motion.emplace(problem, *movement_.surface, *movement_.limits);
-            minimise_penalty(*newton, theta, shape_weight, result);
+            if (narrowing > 0) local.motion.emplace(problem, *movement_.surface, *movement_.limits);
+            minimise_penalty(*local.minimiser, theta, shape_weight, eps, result);
             const std::vector<Index> violators = find_violators(problem);
             if (!violators.empty())
                 movement_.guard->tighten(positions_, violators, kNarrower, *movement_.limits);
             const bool is_last = narrowing + 1 == kMaxNarrowings;
             if (!violators.empty() && !is_last) continue;
-            return accept(*newton, motion ? &*motion : nullptr, before, !violators.empty()) ||
-                   give_up(problem, opened);
+            return accept(local, before, !violators.empty()) || give_up(local);
         }
-        return give_up(problem, opened);
+        return give_up(local);
     }
 
-    bool give_up(const Problem& problem, const std::vector<Index>& opened) {
-        for (std::size_t d = 0; d < saved_.size(); ++d) positions_[problem.dof_vertex()[d]] = saved_[d];
-        problem.apply_hanging(positions_);
-        for (Index v : opened) movement_.limits->band[v] = 0;
+    bool give_up(const Local& local) {
+        for (std::size_t d = 0; d < local.saved.size(); ++d)
+            positions_[local.problem.dof_vertex()[d]] = local.saved[d];
+        local.problem.apply_hanging(positions_);
+        for (Index v : local.opened) movement_.limits->band[v] = 0;
         return false;
+    }
+
+    /// Parts that share no cells rise one by one, to one level after the other: what cannot rise in one place
+    /// does not stop the others. False: some parts could not.
+    bool raise_parts(double target, MaxMinResult& result) {
+        std::vector<std::uint8_t> stuck(cell_id_.size(), 0);
+        bool all = true;
+        for (double level : max_min::kLevels) {
+            std::vector<Index> seeds = find_seeds(std::min(level, target));
+            std::erase_if(seeds, [&](Index c) { return stuck[place_[c]] != 0; });
+            for (Problem& part : Problem::split(make_problem(seeds))) {
+                const std::vector<Index> cells(part.cell_id().begin(), part.cell_id().end());
+                if (work_left_ <= 0 || budget_.exhausted()) return all;
+                if (raise_part(std::move(part), std::min(level, target), result)) continue;
+                all = false;
+                for (Index c : cells)
+                    if (is_below(measure_[place_[c]], level)) stuck[place_[c]] = 1;
+            }
+            budget_.context().log(LogLevel::debug,
+                                  fmt::format("max-min to {}: {} cells below, {} steps, {} cg", level,
+                                              seeds.size(), result.newton_steps, result.cg_iterations));
+            if (level >= target) break;
+        }
+        return all;
+    }
+
+    /// False: it stays below the level.
+    bool raise_part(Problem part, double level, MaxMinResult& result) {
+        Local local(std::move(part), {});
+        double least = min_in(local.problem);
+        if (least < 0) return false; // not for max-min to mend
+        open(local);
+        for (const max_min::Strategy& how : max_min::kStrategies)
+            for (double before = -1; least < level && least - before > max_min::kWorthwhile;) {
+                if (work_left_ <= 0 || budget_.exhausted()) return false;
+                before = least;
+                raise(local, std::min(least + how.rise, level), how.shape_weight, kValidEps, result);
+                least = min_in(local.problem);
+            }
+        return least >= level;
+    }
+
+    /// Least scaled Jacobian, -1 where a cell is bad.
+    double min_in(const Problem& problem) const {
+        double least = 1;
+        for (Index c : problem.cell_id()) {
+            const CellMeasure& cell = measure_[place_[c]];
+            least = std::min(least, cell.has_bad32 ? -1.0 : double(cell.min_sj));
+        }
+        return least;
     }
 
     /// Keeps where the dofs have got to, or a half or a quarter of the way there, if that is better and no
     /// quad deviates too far. violates: some do at the end of the way.
-    bool accept(Minimiser& newton, const Motion* motion, const Worst& before, bool violates) {
-        const Problem& problem = newton.problem();
+    bool accept(Local& local, const Worst& before, bool violates) {
+        const Problem& problem = local.problem;
         reached_.resize(problem.dof_count());
         for (std::size_t d = 0; d < reached_.size(); ++d) reached_[d] = positions_[problem.dof_vertex()[d]];
         std::vector<CellMeasure> after;
         for (double share = violates ? 0.5 : 1; share >= 0.25; share *= 0.5) {
-            if (share < 1) go_share_of_way(problem, motion, share);
-            after = newton.measure();
+            if (share < 1) go_share_of_way(local, local.motion ? &*local.motion : nullptr, share);
+            after = local.minimiser->measure();
             if (!summarise(after).is_better_than(before)) continue;
             if (share < 1 && !find_violators(problem).empty()) continue;
             for (std::size_t i = 0; i < after.size(); ++i) measure_[place_[problem.cell_id()[i]]] = after[i];
             return true;
         }
-        go_share_of_way(problem, nullptr, 1);
+        go_share_of_way(local, nullptr, 1);
         return false;
     }
 
-    void go_share_of_way(const Problem& problem, const Motion* motion, double share) {
+    void go_share_of_way(const Local& local, const Motion* motion, double share) {
+        const Problem& problem = local.problem;
         for (Index d = 0; d < reached_.size(); ++d) {
-            const Point wanted = saved_[d] + share * (reached_[d] - saved_[d]);
+            const Point wanted = local.saved[d] + share * (reached_[d] - local.saved[d]);
             positions_[problem.dof_vertex()[d]] = motion ? motion->place(d, wanted) : wanted;
         }
         problem.apply_hanging(positions_);
@@ -193,7 +283,8 @@ class MaxMin {
         return movement_.guard->violators(positions_, problem.dof_vertex(), budget_.parallel());
     }
 
-    void minimise_penalty(Minimiser& newton, double theta, double shape_weight, MaxMinResult& result) {
+    void minimise_penalty(Minimiser& newton, double theta, double shape_weight, double eps,
+                          MaxMinResult& result) {
         NewtonOptions options;
         // What a step costs with its conjugate gradients, so that the last attempt keeps to the budget too.
         const double step_work = 2.5 * static_cast<double>(newton.problem().cell_count());
@@ -201,7 +292,7 @@ class MaxMin {
         options.cg_tolerance = 1e-4;
         options.min_relative_decrease = 1e-6; // the shape energy of a large neighbourhood dwarfs the penalty
         const NewtonResult step =
-            newton.minimise({eps_, shape_weight, max_min::kPenaltyWeight, theta + max_min::kMargin}, options);
+            newton.minimise({eps, shape_weight, max_min::kPenaltyWeight, theta + max_min::kMargin}, options);
         result.newton_steps += step.steps;
         result.cg_iterations += step.cg_iterations;
         work_left_ -= static_cast<double>(newton.problem().cell_count()) *
@@ -216,14 +307,14 @@ class MaxMin {
     std::vector<Index> cell_id_, place_;
     std::size_t attempt_cells_ = 0;
     std::vector<CellMeasure> measure_;
-    std::vector<Point> saved_, reached_; ///< per dof of the attempt: before and after it
+    std::vector<Point> reached_; ///< per dof of the attempt
 };
 
 } // namespace
 
 MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
-                               double target, double work, Budget& budget) {
-    return MaxMin(movement, engine, positions, eps, work, budget).run(target);
+                               double target, double work, bool thorough, Budget& budget) {
+    return MaxMin(movement, engine, positions, eps, work, budget).run(target, thorough);
 }
 
 } // namespace hexopt

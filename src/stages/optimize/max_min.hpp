@@ -24,6 +24,8 @@ struct Strategy {
 };
 inline constexpr Strategy kStrategies[] = {{0.05, 1e-3}, {0.05, 1e-4}, {0.02, 1e-4},
                                            {0.02, 1e-3}, {0.01, 1e-5}, {0.005, 1e-4}};
+/// To which places that share no cells are raised one by one, before the worst of all.
+inline constexpr double kLevels[] = {0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5};
 /// Where to stop at the latest: rounding keeps even a lattice below 1.
 inline constexpr double kPerfect = 0.9995;
 
@@ -60,8 +62,9 @@ std::vector<Index> open_bands(const Movement& movement, std::span<const Index> c
 /// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a
 /// penalty on every corner below a threshold that rises with the minimum. positions are changed only where
 /// the minimum rises and no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once
-/// the minimum reaches it; work: cells times Newton steps that may be spent.
+/// the minimum reaches it; work: cells times Newton steps that may be spent; thorough: goes on with the worst
+/// cells where they did not rise by themselves.
 MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
-                               double target, double work, Budget& budget);
+                               double target, double work, bool thorough, Budget& budget);
 
 } // namespace hexopt

@@ -84,7 +84,7 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
     std::vector<Point> positions = mesh.positions;
     HostEngine host(budget);
     const MaxMinResult result =
-        raise_worst_cells(movement, host, positions, kValidEps, options.min_sj, work, budget);
+        raise_worst_cells(movement, host, positions, kValidEps, options.min_sj, work, !quick, budget);
     const MeshMeasure reached = measure_mesh(mesh, positions, context.parallel());
     stats.restored_input = !(reached.is_not_worse_than(before) && reached.is_better_than(before));
     if (!stats.restored_input) mesh.positions = std::move(positions);

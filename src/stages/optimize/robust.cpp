@@ -30,9 +30,9 @@ constexpr int kRaiseNarrowings = 2; ///< of the sweeps over single vertices
 /// the rings round them.
 constexpr double kPoorEnergy = 1.3;
 constexpr int kPoorRings = 3;
-constexpr int kQuickRounds = 4; ///< of the first pass
+constexpr int kQuickRounds = 2; ///< of the first pass
 /// Of the second one with a fresh boundary: what is bad after that mostly stays so.
-constexpr int kFreshRounds = 30;
+constexpr int kFreshRounds = 12;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
@@ -114,7 +114,7 @@ class RobustRun {
                                                     : max_min::kWorkAtLeast;
         const double work = engine_.speed() * (at_least + per_cell * static_cast<double>(mesh_.cell_count()));
         const MaxMinResult result =
-            raise_worst_cells(movement_, engine_, positions_, eps_, options_.min_sj, work, budget_);
+            raise_worst_cells(movement_, engine_, positions_, eps_, options_.min_sj, work, !quick, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         keep_if_better_();
