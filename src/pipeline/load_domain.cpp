@@ -92,8 +92,12 @@ Status load_region_surfaces(MeshJob& job, StageClock& clock, Context& context) {
     return Done{};
 }
 
-Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context) {
+Result<PreparedDomain> run_domain_job(const MeshJob& whole, Context& context) {
     StageClock clock;
+    MeshJob job = whole;
+    // Which weak ones there are depends on the cells of a mesh; a domain file has settled it.
+    if (std::none_of(job.surfaces.begin(), job.surfaces.end(), is_domain_name))
+        job.options.weak_features = false;
     auto prepared = load_domain(job, clock, context);
     if (!prepared) return prepared;
     const Status written = write_domain_file(job.output, describe_domain(prepared->domain), context);

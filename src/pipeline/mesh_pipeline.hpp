@@ -49,8 +49,8 @@ Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Contex
 Result<PreparedDomain> prepare_surface(const TriangleSoup& surface, const MeshJob& job, StageClock& clock,
                                        Context& context);
 
-/// `hexopt-gpu domain`: writes what a job would mesh as a domain file (job.output). Errors: those of
-/// load_domain(); output_failed.
+/// `hexopt-gpu domain`: writes what a job would mesh as a domain file (job.output), without weak features.
+/// Errors: those of load_domain(); output_failed.
 Result<PreparedDomain> run_domain_job(const MeshJob& job, Context& context);
 
 /// Reads one surface, or several as one. Of several files each becomes one patch named after the file without
