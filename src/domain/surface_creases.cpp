@@ -1,5 +1,7 @@
 #include "domain/surface_creases.hpp"
 
+#include "domain/surface_polygons.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -156,6 +158,37 @@ std::vector<Crease> find_creases(std::span<const Point> vertices,
                                  std::span<const std::array<Index, 3>> triangles,
                                  std::span<const Point> normal, double least_turn, double farthest) {
     return CreaseFinder(vertices, triangles, normal).find(least_turn, farthest);
+}
+
+PatchCreases find_patch_creases(const BoundaryModel& model, double least_turn, double farthest) {
+    std::vector<Point> corners, normal;
+    for (Index t = 0; t < model.triangle_count(); ++t) {
+        const auto& x = model.triangle(t);
+        corners.insert(corners.end(), x.begin(), x.end());
+        const Point cross = glm::cross(x[1] - x[0], x[2] - x[0]);
+        const double length = glm::length(cross);
+        normal.push_back(length > 0 ? cross / length : Point(0));
+    }
+    const std::vector<Index> first = find_first_equal(corners);
+    std::vector<std::array<Index, 3>> triangles;
+    for (std::size_t t = 0; t < normal.size(); ++t)
+        triangles.push_back({first[3 * t], first[3 * t + 1], first[3 * t + 2]});
+    PatchCreases found{find_creases(corners, triangles, normal, least_turn, farthest), {}, {}};
+    std::erase_if(found.crease, [&](const Crease& crease) {
+        return model.patch_of_triangle(crease.triangle[0]) != model.patch_of_triangle(crease.triangle[1]);
+    });
+    std::vector<std::vector<Index>> at(normal.size());
+    for (Index c = 0; c < found.crease.size(); ++c) {
+        const Crease& crease = found.crease[c];
+        found.ends.push_back({corners[crease.vertex[0]], corners[crease.vertex[1]]});
+        for (Index t : crease.triangle) at[t].push_back(c);
+    }
+    for (const std::vector<Index>& creases : at) {
+        auto& all = found.of_triangle;
+        all.item.insert(all.item.end(), creases.begin(), creases.end());
+        all.offset.push_back(all.item.size());
+    }
+    return found;
 }
 
 } // namespace hexopt

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/csr.hpp"
 #include "core/types.hpp"
 #include "domain/boundary_model.hpp"
 #include "mesh/triangle_soup.hpp"
@@ -30,6 +31,16 @@ double chord_distance(const Crease& crease, double size);
 std::vector<Crease> find_creases(std::span<const Point> vertices,
                                  std::span<const std::array<Index, 3>> triangles,
                                  std::span<const Point> normal, double least_turn, double farthest);
+
+/// Creases inside the patches of a model.
+struct PatchCreases {
+    std::vector<Crease> crease;             ///< triangles are numbered as the model's
+    std::vector<std::array<Point, 2>> ends; ///< of each
+    Csr<Index> of_triangle;                 ///< per triangle: its edges among them
+};
+
+/// As find_creases(), for the triangles of a model, without the borders of its patches.
+PatchCreases find_patch_creases(const BoundaryModel& model, double least_turn, double farthest);
 
 /// Which creases below the feature angle are features nevertheless.
 struct WeakCreaseLimits {

@@ -1,6 +1,7 @@
 #include "pipeline/mesh_surface.hpp"
 
 #include "pipeline/checkpoint.hpp"
+#include "pipeline/follow_creases.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
 #include "pipeline/refine_to_count.hpp"
@@ -248,6 +249,24 @@ class Attempts {
     Context& context_;
 };
 
+/// Moves boundary vertices onto creases and bends that quads and edges would cut across.
+Status follow(MeshState& state, const BoundaryModel& model, const MeshOptions& options, StageClock& clock,
+              Context& context) {
+    MeshAttempt& best = *state.best;
+    FollowOptions following;
+    following.min_sj = std::min(following.min_sj, options.optimize.min_sj);
+    const auto report = clock.run("creases", [&] {
+        return follow_creases(best.fitted.mesh, best.topology, model, following, context);
+    });
+    if (!report) return report.error();
+    context.log(LogLevel::debug,
+                fmt::format("{} vertices moved onto creases and bends: quads farther off than {:.1g} of the "
+                            "diagonal {} -> {}, the farthest {:.3g} -> {:.3g}",
+                            report->moved, following.distance_rel, report->far_before, report->far_after,
+                            report->largest_before_rel, report->largest_after_rel));
+    return Done{};
+}
+
 /// Lets what fails leave the surface and raises the worst cells of the best attempt.
 Status settle(MeshState& state, Domain& domain, const MeshOptions& options, const Saving& saving,
               StageClock& clock, Context& context) {
@@ -261,6 +280,7 @@ Status settle(MeshState& state, Domain& domain, const MeshOptions& options, cons
         return settle_mesh(best.fitted.mesh, best.topology, domain.model, best.fitted.unfitted, settling,
                            *best.stats, state.settle, context);
     });
+    if (done && options.weak_features) done = follow(state, domain.model, options, clock, context);
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     state.phase = MeshPhase::settled;
     if (done)

@@ -1,6 +1,5 @@
 #include "stages/refine/criteria.hpp"
 
-#include "domain/surface_polygons.hpp"
 #include "mesh/hex_reference.hpp"
 #include "stages/refine/outer_box.hpp"
 
@@ -248,42 +247,17 @@ void SurfaceCriteria::find_creases_in_patches() {
     double largest = 0;
     for (const Goal& goal : goal_) largest = std::max(largest, goal.level >= 0 ? kInfinity : goal.size);
     largest = std::min(largest, kLargestSize_rel * model.diagonal());
-    std::vector<Point> corners, normal;
-    for (Index t = 0; t < model.triangle_count(); ++t) {
-        const auto& x = model.triangle(t);
-        corners.insert(corners.end(), x.begin(), x.end());
-        const Point cross = glm::cross(x[1] - x[0], x[2] - x[0]);
-        const double length = glm::length(cross);
-        normal.push_back(length > 0 ? cross / length : Point(0));
-    }
-    const std::vector<Index> first = find_first_equal(corners);
-    std::vector<std::array<Index, 3>> triangles;
-    for (std::size_t t = 0; t < normal.size(); ++t)
-        triangles.push_back({first[3 * t], first[3 * t + 1], first[3 * t + 2]});
-    crease_ = find_creases(corners, triangles, normal, 4 * chord_error_ / largest, 0.5 * largest);
-    std::erase_if(crease_, [&](const Crease& crease) {
-        return model.patch_of_triangle(crease.triangle[0]) != model.patch_of_triangle(crease.triangle[1]) ||
-               chord_distance(crease, largest) <= chord_error_;
-    });
-    std::vector<std::vector<Index>> at(normal.size());
-    for (Index c = 0; c < crease_.size(); ++c) {
-        crease_ends_.push_back({corners[crease_[c].vertex[0]], corners[crease_[c].vertex[1]]});
-        for (Index t : crease_[c].triangle) at[t].push_back(c);
-    }
-    for (const std::vector<Index>& creases : at) {
-        triangle_crease_.item.insert(triangle_crease_.item.end(), creases.begin(), creases.end());
-        triangle_crease_.offset.push_back(triangle_crease_.item.size());
-    }
+    creases_ = find_patch_creases(model, 4 * chord_error_ / largest, 0.5 * largest);
 }
 
 bool SurfaceCriteria::crosses_crease(const CutCell& cell) const {
-    if (crease_.empty()) return false;
+    if (creases_.crease.empty()) return false;
     return std::any_of(cell.elements.begin(), cell.elements.end(), [&](Index triangle) {
         if (!surface_->is_triangle(triangle) || !allows(finest_bend_, cell, triangle)) return false;
-        const auto creases = triangle_crease_[triangle];
+        const auto creases = creases_.of_triangle[triangle];
         return std::any_of(creases.begin(), creases.end(), [&](Index c) {
-            const auto& [a, b] = crease_ends_[c];
-            return chord_distance(crease_[c], cell.size) > chord_error_ &&
+            const auto& [a, b] = creases_.ends[c];
+            return chord_distance(creases_.crease[c], cell.size) > chord_error_ &&
                    triangle_meets_box({a, b, b}, cell.box);
         });
     });

@@ -87,10 +87,7 @@ class SurfaceCriteria {
     std::vector<std::uint8_t> in_outer_box_;    ///< per triangle; empty without such a box
     std::vector<std::uint8_t> all_outer_;       ///< per patch: all of it is
     std::vector<std::vector<Goal>> curve_goal_; ///< per curve
-    /// Inside patches, where chords of the largest cells would leave the surface too far.
-    std::vector<Crease> crease_;
-    std::vector<std::array<Point, 2>> crease_ends_;
-    Csr<Index> triangle_crease_; ///< per triangle: its edges among these
+    PatchCreases creases_; ///< where chords of the largest cells may leave the surface too far
     double normal_angle_deg_, chord_error_, gap_cells_, wall_cells_, feature_cells_;
     std::array<bool, kCriterionCount> given_up_ = {};
 };

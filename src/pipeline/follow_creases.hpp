@@ -1,0 +1,33 @@
+#pragma once
+
+#include "core/context.hpp"
+#include "core/result.hpp"
+#include "domain/boundary_model.hpp"
+#include "mesh/topology.hpp"
+
+namespace hexopt {
+
+struct FollowOptions {
+    double distance_rel = 1e-4; ///< quads nearer to the surface are left alone; fraction of its diagonal, > 0
+    double min_sj = 0.25;       ///< cells may become worse than they are down to this, -1..1
+    int rounds = 3;             ///< over all vertices, at least 1
+};
+
+struct FollowReport {
+    std::size_t moved = 0;      ///< boundary vertices
+    std::size_t far_before = 0; ///< quads farther from the surface than FollowOptions::distance_rel
+    std::size_t far_after = 0;
+    double largest_before_rel =
+        0; ///< of a quad's corners, edge midpoints and centre, fraction of the diagonal
+    double largest_after_rel = 0;
+};
+
+/// Moves boundary vertices within what they are bound to onto the creases inside patches and the bends of
+/// curves beside them, where their quads and edges then lie nearer to the surface: coarse tessellations have
+/// edges that quads would cut across. Cells stay usable and do not become worse than they were and than
+/// min_sj. `model` holds the bindings of the mesh. Vertices off what they are bound to and those that hanging
+/// vertices hang on stay. Errors: cancelled (the mesh is sound).
+Result<FollowReport> follow_creases(HexMesh& mesh, const Topology& topology, const BoundaryModel& model,
+                                    const FollowOptions& options, Context& context);
+
+} // namespace hexopt

@@ -1,0 +1,123 @@
+#include "pipeline/follow_creases.hpp"
+
+#include "quality/mesh_quality.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+namespace hexopt {
+
+namespace {
+
+constexpr double kRidge = 2.2, kRise = 0.4; ///< of a roof of about 21 degrees on a box of 4 x 2 x 1
+
+double roof(double x) { return 1 + (x < kRidge ? kRise * x / kRidge : kRise * (4 - x) / (4 - kRidge)); }
+
+TriangleSoup make_roof() {
+    TriangleSoup soup;
+    soup.patch_names = {"all"};
+    const auto polygon = [&](std::initializer_list<Point> x) {
+        const auto first = static_cast<Index>(soup.vertices.size());
+        soup.vertices.insert(soup.vertices.end(), x);
+        for (Index k = 2; k < x.size(); ++k) {
+            soup.triangles.push_back({first, first + k - 1, first + k});
+            soup.patch.push_back(0);
+        }
+    };
+    const double top = 1 + kRise;
+    polygon({{0, 0, 0}, {0, 2, 0}, {4, 2, 0}, {4, 0, 0}});
+    polygon({{0, 0, 0}, {0, 0, 1}, {0, 2, 1}, {0, 2, 0}});
+    polygon({{4, 0, 0}, {4, 2, 0}, {4, 2, 1}, {4, 0, 1}});
+    polygon({{kRidge, 0, top}, {0, 0, 1}, {0, 0, 0}, {4, 0, 0}, {4, 0, 1}});
+    polygon({{kRidge, 2, top}, {4, 2, 1}, {4, 2, 0}, {0, 2, 0}, {0, 2, 1}});
+    polygon({{0, 0, 1}, {kRidge, 0, top}, {kRidge, 2, top}, {0, 2, 1}});
+    polygon({{kRidge, 0, top}, {4, 0, 1}, {4, 2, 1}, {kRidge, 2, top}});
+    return soup;
+}
+
+/// 8 x 4 x 2 cells under the roof; their planes do not meet its ridge.
+HexMesh make_mesh() {
+    HexMesh mesh;
+    constexpr Index kX = 8, kY = 4, kZ = 2;
+    const auto number = [](Index i, Index j, Index k) { return (k * (kY + 1) + j) * (kX + 1) + i; };
+    for (Index k = 0; k <= kZ; ++k)
+        for (Index j = 0; j <= kY; ++j)
+            for (Index i = 0; i <= kX; ++i)
+                mesh.positions.emplace_back(0.5 * i, 0.5 * j, 0.5 * k * roof(0.5 * i));
+    for (Index k = 0; k < kZ; ++k)
+        for (Index j = 0; j < kY; ++j)
+            for (Index i = 0; i < kX; ++i)
+                mesh.cells.push_back({number(i, j, k), number(i + 1, j, k), number(i + 1, j + 1, k),
+                                      number(i, j + 1, k), number(i, j, k + 1), number(i + 1, j, k + 1),
+                                      number(i + 1, j + 1, k + 1), number(i, j + 1, k + 1)});
+    return mesh;
+}
+
+struct Roofed {
+    HexMesh mesh = make_mesh();
+    Topology topology = compute_topology(mesh);
+    Context context{1};
+    BoundaryModel model;
+
+    Roofed() {
+        BoundaryOptions options;
+        options.feature_angle_deg = 30;
+        auto built = build_boundary_model(mesh, topology, make_roof(), options, context);
+        REQUIRE(built);
+        model = std::move(*built);
+    }
+};
+
+} // namespace
+
+TEST_CASE("quads and edges that cut across a crease end on it") {
+    Roofed roofed;
+    const std::vector<Point> before = roofed.mesh.positions;
+    const auto report = follow_creases(roofed.mesh, roofed.topology, roofed.model, {}, roofed.context);
+    REQUIRE(report);
+    CHECK(report->far_before == 4);
+    CHECK(report->far_after == 0);
+    CHECK(report->largest_before_rel > 0.005);
+    CHECK(report->largest_after_rel < 1e-9);
+    CHECK(report->moved >= 5);
+    std::size_t on_ridge = 0;
+    for (Index v = 0; v < before.size(); ++v) {
+        const Point& x = roofed.mesh.positions[v];
+        on_ridge += std::abs(x.x - kRidge) < 1e-12 && std::abs(x.z - roof(kRidge)) < 1e-12;
+        if (x == before[v]) continue;
+        CHECK(std::abs(before[v].x - kRidge) < 0.5);
+        CHECK(x.z == Approx(roof(x.x)));
+    }
+    CHECK(on_ridge == 5);
+    const auto quality = compute_quality(roofed.mesh, roofed.topology, {}, roofed.context);
+    REQUIRE(quality);
+    CHECK(quality->validity.is_valid());
+}
+
+TEST_CASE("no cell becomes worse than it was and than it may") {
+    Roofed roofed;
+    std::vector<double> before;
+    for (Index c = 0; c < roofed.mesh.cell_count(); ++c)
+        before.push_back(compute_cell_validity(cell_points(roofed.mesh, c)).scaled_jacobian);
+    FollowOptions options;
+    options.min_sj = 1;
+    REQUIRE(follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context));
+    for (Index c = 0; c < roofed.mesh.cell_count(); ++c)
+        CHECK(compute_cell_validity(cell_points(roofed.mesh, c)).scaled_jacobian >= before[c] - 1e-15);
+}
+
+TEST_CASE("vertices off the surface stay, and near quads are left alone") {
+    Roofed roofed;
+    FollowOptions options;
+    options.distance_rel = 0.1;
+    const auto near = follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context);
+    REQUIRE(near);
+    CHECK(near->moved == 0);
+    for (Point& x : roofed.mesh.positions)
+        if (x.z > 0.9 * roof(x.x)) x.z -= 0.01;
+    const auto off = follow_creases(roofed.mesh, roofed.topology, roofed.model, {}, roofed.context);
+    REQUIRE(off);
+    CHECK(off->moved == 0);
+}
+
+} // namespace hexopt
