@@ -17,6 +17,8 @@ constexpr double kOff_rel = 1e-7; ///< of the diagonal: farther from what it is 
 constexpr double kLeastTurn_deg = 3;
 /// How far a vertex may go, in lengths of its shortest boundary edge.
 constexpr double kReach = 1.1;
+/// What it must leave of that edge.
+constexpr double kLeastEdge = 0.4;
 /// What a move must leave of the sum of the distances' squares, at most.
 constexpr double kGain = 0.97;
 
@@ -126,7 +128,7 @@ class CreaseFollower {
         std::vector<Point> places = on.kind == EntityKind::patch ? crease_places(at) : bends(at);
         for (std::size_t k = 0, whole = places.size(); k < whole; ++k)
             places.push_back(model_.project(on, 0.5 * (start + places[k]), at.element).point);
-        const double reach = kReach * shortest_edge(v);
+        const double shortest = shortest_edge(v), reach = kReach * shortest;
         std::erase_if(places, [&](const Point& p) {
             const double way = glm::distance(p, start);
             return way > reach || way < 1e-9 * model_.diagonal();
@@ -140,7 +142,8 @@ class CreaseFollower {
         for (const Point& p : places) {
             mesh_.positions[v] = p;
             const Badness now = badness(v);
-            if (now.is_better(least) && keeps_cells(v, cells)) least = now, best = p;
+            if (now.is_better(least) && shortest_edge(v) >= kLeastEdge * shortest && keeps_cells(v, cells))
+                least = now, best = p;
         }
         mesh_.positions[v] = best;
         if (best == start) return false;

@@ -8,6 +8,7 @@
 #include "stages/optimize/contact_guard.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
@@ -26,11 +27,21 @@ Result<T> take_or(std::optional<T>& known, const Make& make) {
     return taken;
 }
 
-/// Fits, and refines where features could not be captured while repairs are left.
+/// Whether mesh edges follow more of the features.
+bool captures_more(const FitReport& a, const FitReport& b) {
+    /// Part of all curves' length by which rounds differ that count as equal; then the corners decide.
+    constexpr double kEqual = 1e-3;
+    if (std::abs(a.followed_length - b.followed_length) > kEqual * a.curve_length)
+        return a.followed_length > b.followed_length;
+    return a.captured_corners > b.captured_corners;
+}
+
+/// Fits, and refines where features could not be captured while repairs are left. Finer cells may lose curves
+/// that coarser ones had: the best round counts, of equally good ones the last.
 Status fit_domain(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
-                  AttemptCounts& counts, MeshAttempt& attempt, StageClock& clock, Context& context,
+                  AttemptCounts& counts, MeshAttempt& best, StageClock& clock, Context& context,
                   LeakPath* leak) {
-    for (;;) {
+    for (bool first = true;; first = false) {
         begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
         auto trimmed = take_or(counts.trimmed, [&] {
             return clock.run("trim", [&] {
@@ -39,7 +50,6 @@ Status fit_domain(RefineOutput& refined, const Domain& domain, const MeshOptions
         });
         if (!trimmed) return trimmed.error();
         if (Status covered = check_coverage(*trimmed); !covered) return covered.error();
-        attempt.trim = trimmed->report;
         begin_stage(context, "fit", progress::kTrimEnd, progress::kFitEnd);
         auto fitted = take_or(counts.fitted, [&] {
             return clock.run(
@@ -47,8 +57,16 @@ Status fit_domain(RefineOutput& refined, const Domain& domain, const MeshOptions
         });
         if (!fitted) return fitted.error();
         ++counts.fit_rounds;
-        attempt.fit = fitted->report;
-        attempt.fitted = std::move(fitted->fitted);
+        if (first || !captures_more(best.fit, fitted->report)) {
+            best.trim = trimmed->report;
+            best.fit = fitted->report;
+            best.fitted = std::move(fitted->fitted);
+        } else {
+            context.log(LogLevel::debug,
+                        fmt::format("a repair of the fit lost features: {:.6g} of their length followed, "
+                                    "{:.6g} before",
+                                    fitted->report.followed_length, best.fit.followed_length));
+        }
         std::vector<Index> again;
         for (Index cell : fitted->refine_cells) again.push_back(trimmed->kept_cell[cell]);
         std::sort(again.begin(), again.end());
