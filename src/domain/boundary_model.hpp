@@ -138,6 +138,10 @@ class BoundaryModel {
     const std::array<Point, 3>& vertex_normals(Index triangle) const {
         return triangle_vertex_normal_[triangle];
     }
+    /// Unit tangents of a segment's ends, means of the two segments there.
+    const std::array<Point, 2>& vertex_tangents(Index segment) const {
+        return segment_vertex_tangent_[segment];
+    }
     SourceFace source_face(Index triangle) const { return source_[triangle]; }
     Index patch_of_triangle(Index triangle) const { return patch_of_triangle_[triangle]; }
     /// Points of a curve in order; a closed one repeats its first point at the end.

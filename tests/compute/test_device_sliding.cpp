@@ -170,7 +170,7 @@ TEST_CASE("sliders: limits add to the energy what the host says") {
     at = host.project(at);
     REQUIRE(host.solver->update_lengths());
     const Objective with{1e-2, 0x1p-10, 0, 0}; // exact in single precision, as kernels take it
-    const SurfaceMotion motion(*sample.problem, sample.surface, host.limits);
+    const SurfaceMotion motion(*sample.problem, sample.surface, host.limits, Tangents::smooth);
     double expected = 0;
     std::size_t active = 0;
     for (Index d : motion.limited()) {

@@ -1,7 +1,6 @@
 #include "stages/optimize/device_surface.hpp"
 
 #include <algorithm>
-#include <glm/geometric.hpp>
 
 namespace hexopt {
 
@@ -64,16 +63,11 @@ class SurfaceArrays {
     std::vector<std::uint32_t> link_;
 };
 
-Point unit(const Point& v) {
-    const double length = glm::length(v);
-    return length > 0 ? v / length : Point(0);
-}
-
 void add_curves(const BoundaryModel& model, SurfaceArrays& arrays, DeviceSurface& surface) {
     for (Index s = 0; s < model.segment_count(); ++s) {
         const auto& [a, b] = model.segment(s);
-        const Point along = unit(b - a);
-        arrays.add_element({a, b, b}, {along, along, along});
+        const auto& [at_a, at_b] = model.vertex_tangents(s);
+        arrays.add_element({a, b, b}, {at_a, at_b, at_b});
     }
     const auto count = static_cast<Index>(model.segment_count());
     Index first = 0;
@@ -92,11 +86,8 @@ Result<DeviceSurface> DeviceSurface::create(compute::Backend& backend, Precision
                                             const DeviceFrame& frame, const BoundaryModel& model) {
     DeviceSurface surface;
     SurfaceArrays arrays(frame, precision);
-    for (Index t = 0; t < model.triangle_count(); ++t) {
-        const auto& [a, b, c] = model.triangle(t);
-        const Point normal = unit(glm::cross(b - a, c - a));
-        arrays.add_element({a, b, c}, {normal, normal, normal}); // see SurfaceMotion::project
-    }
+    for (Index t = 0; t < model.triangle_count(); ++t)
+        arrays.add_element(model.triangle(t), model.vertex_normals(t));
     for (Index patch = 0; patch < model.patch_count(); ++patch) {
         const auto [first, last] = model.patch_triangles(patch);
         surface.patch_nodes.push_back(arrays.add_tree(first, last));

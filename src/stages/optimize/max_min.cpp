@@ -96,10 +96,10 @@ class MaxMin {
         const double target = std::min(wanted, max_min::kPerfect);
         MaxMinResult result;
         result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
-        if (engine_.takes_parts() && !(movement_.band > 0)) {
+        if (!thorough && engine_.takes_parts()) {
             const bool all = raise_parts(target, result);
             result.min_sj_after = summarise(measure_).min_sj;
-            if (!all && !thorough) return result;
+            if (!all) return result;
         }
         int tries_in_vain = 0;
         std::size_t strategy = 0;
@@ -140,7 +140,8 @@ class MaxMin {
     };
 
     void open(Local& local) {
-        if (movement_.surface) local.motion.emplace(local.problem, *movement_.surface, *movement_.limits);
+        if (movement_.surface)
+            local.motion.emplace(local.problem, *movement_.surface, *movement_.limits, movement_.tangents);
         local.minimiser = engine_.open(local.problem, positions_, local.motion ? &*local.motion : nullptr);
         local.minimiser->update_lengths();
         attempt_cells_ = local.problem.cell_count();
@@ -180,7 +181,8 @@ class MaxMin {
             local.saved[d] = positions_[problem.dof_vertex()[d]];
         const Worst before = summarise(local.minimiser->measure());
         for (int narrowing = 0; narrowing < kMaxNarrowings && problem.dof_count() > 0; ++narrowing) {
-            if (narrowing > 0) local.motion.emplace(problem, *movement_.surface, *movement_.limits);
+            if (narrowing > 0)
+                local.motion.emplace(problem, *movement_.surface, *movement_.limits, movement_.tangents);
             minimise_penalty(*local.minimiser, theta, shape_weight, eps, result);
             const std::vector<Index> violators = find_violators(problem);
             if (!violators.empty())

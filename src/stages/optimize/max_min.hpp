@@ -39,6 +39,7 @@ struct Movement {
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
     const BoundaryGuard* guard = nullptr;   ///< with surface
+    Tangents tangents = Tangents::smooth;   ///< of the surface
     std::uint32_t tets = kAllTets;          ///< which tetrahedra count
     std::span<const float> inverse_stretch; ///< see Problem
     double band = 0; ///< how far needy boundary vertices may leave the surface, model units
@@ -62,8 +63,9 @@ std::vector<Index> open_bands(const Movement& movement, std::span<const Index> c
 /// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a
 /// penalty on every corner below a threshold that rises with the minimum. positions are changed only where
 /// the minimum rises and no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once
-/// the minimum reaches it; work: cells times Newton steps that may be spent; thorough: goes on with the worst
-/// cells where they did not rise by themselves.
+/// the minimum reaches it; work: cells times Newton steps that may be spent. thorough: all for the worst
+/// cells of the mesh; else places that share no cells rise one by one, and what cannot rise in one of them
+/// does not stop the others.
 MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
                                double target, double work, bool thorough, Budget& budget);
 

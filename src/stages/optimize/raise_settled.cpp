@@ -65,6 +65,7 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
     movement.topology = &topology;
     movement.surface = &surface;
     movement.limits = &limits;
+    movement.tangents = Tangents::exact;
     movement.movable.resize(mesh.vertex_count());
     context.parallel().for_each(mesh.vertex_count(), 1024, [&](std::size_t v) {
         const EntityKind kind = bound[v].kind;

@@ -126,7 +126,7 @@ class RobustRun {
             const std::vector<Point> before = positions_;
             Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch);
             std::optional<SurfaceMotion> motion;
-            if (movement_.surface) motion.emplace(problem, *surface_, limits_);
+            if (movement_.surface) motion.emplace(problem, *surface_, limits_, movement_.tangents);
             const auto minimiser = engine_.open(problem, positions_, motion ? &*motion : nullptr);
             minimiser->update_lengths();
             stats_.sweeps += minimiser->raise_vertices(std::min(options_.min_sj, max_min::kPerfect));
@@ -199,6 +199,7 @@ class RobustRun {
                                    bound[v].kind == EntityKind::patch || bound[v].kind == EntityKind::curve;
         movement_.surface = surface_;
         movement_.limits = &limits_;
+        movement_.tangents = options_.fresh_boundary ? Tangents::exact : Tangents::smooth;
         if (!options_.fresh_boundary) {
             guard_.emplace(mesh_, topology_, *surface_, limits_, kGuardMargin * deviation,
                            budget_.parallel());
@@ -271,7 +272,7 @@ class RobustRun {
             parts.push_back(std::move(whole));
         double eps = 0;
         for (Problem& part : parts) {
-            SurfaceMotion motion(part, *surface_, limits_);
+            SurfaceMotion motion(part, *surface_, limits_, movement_.tangents);
             finish_untangling(*engine_.open(part, positions_, &motion), max_rounds);
             eps = std::max(eps, eps_);
         }

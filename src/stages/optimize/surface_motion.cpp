@@ -86,8 +86,8 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
 }
 
 SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
-                             const SurfaceLimits& limits)
-    : problem_(problem), surface_(surface), limits_(limits), last_(problem.dof_count()) {
+                             const SurfaceLimits& limits, Tangents tangents)
+    : problem_(problem), surface_(surface), limits_(limits), tangents_(tangents), last_(problem.dof_count()) {
     const auto bound = surface.associations();
     for (Index d = 0; d < problem.dof_count(); ++d) {
         const Index v = problem.dof_vertex()[d];
@@ -100,9 +100,7 @@ Projection SurfaceMotion::project(Index dof, const Point& query) const {
     Last& last = last_[dof];
     const Projection at =
         surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, last.element);
-    // Not the smooth direction: where large triangles lie beside small ones it leans far out of their plane,
-    // and steps along it push against the surface.
-    last = {query, at.point, at.direction, at.element};
+    last = {query, at.point, tangents_ == Tangents::smooth ? at.smooth_direction : at.direction, at.element};
     return at;
 }
 

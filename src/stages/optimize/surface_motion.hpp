@@ -22,11 +22,22 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
 /// No limits but the entities themselves. Bands start at 0.
 SurfaceLimits unlimited_on_surface(std::span<const Point> positions);
 
+/// Which way a surface lies where a vertex slides on it.
+enum class Tangents {
+    /// Interpolated from those of the elements' ends: best where elements are as large as cells and vertices
+    /// sit at their ends, as on a mesh's own boundary.
+    smooth,
+    /// Those of the triangle or segment itself: where large triangles lie beside small ones the smooth ones
+    /// lean far out of their plane, and steps along these push against the surface.
+    exact,
+};
+
 /// Boundary dofs slide on their patch or curve, or near it where their band is open; interior ones are free.
 /// Limits are soft: an energy holds the dofs back, DeviationGuard has the last word.
 class SurfaceMotion final : public Motion {
   public:
-    SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits);
+    SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits,
+                  Tangents tangents);
 
     void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
     Point place(Index dof, const Point& wanted) const override;
@@ -50,6 +61,7 @@ class SurfaceMotion final : public Motion {
     const Problem& problem_;
     const BoundaryModel& surface_;
     const SurfaceLimits& limits_;
+    Tangents tangents_;
     std::vector<Index> limited_;
     mutable std::vector<Last> last_; ///< per dof; only saves time
 };
