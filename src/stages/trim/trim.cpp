@@ -170,11 +170,18 @@ void TrimMemory::set_keys(std::vector<Index> keys) {
     if (last != keys_.end() && side_.size() <= *last) side_.resize(*last + std::size_t{1});
 }
 
+SurfaceQueries& TrimMemory::queries(const BoundaryModel& model) {
+    if (!queries_ || &queries_->model() != &model) queries_ = std::make_shared<SurfaceQueries>(model);
+    queries_->choose_inside({});
+    return *queries_;
+}
+
 Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
                         Context& context, std::vector<Index>* leak_path, TrimMemory* memory) {
     if (Status ok = check_options(options); !ok) return ok.error();
     context.report("trim", 0);
-    SurfaceQueries queries(domain.model);
+    TrimMemory own;
+    SurfaceQueries& queries = (memory ? *memory : own).queries(domain.model);
     const Result<WindingRange> side = trimming::choose_side(queries, options.seeds);
     if (!side) return side.error();
     const bool seeds_inside = side->low == WindingRange{}.low;

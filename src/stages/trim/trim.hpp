@@ -3,8 +3,10 @@
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/domain.hpp"
+#include "domain/surface_queries.hpp"
 #include "mesh/hex_mesh.hpp"
 
+#include <memory>
 #include <vector>
 
 namespace hexopt {
@@ -93,10 +95,13 @@ class TrimMemory {
         float depth_h = -1;
     };
     Side& side(Index cell) { return side_[keys_[cell]]; }
+    /// Of the domain's surface, its outward side; made once.
+    SurfaceQueries& queries(const BoundaryModel& model);
 
   private:
     std::vector<Index> keys_;
     std::vector<Side> side_; ///< by key
+    std::shared_ptr<SurfaceQueries> queries_;
 };
 
 /// Removes the cells of an octree leaf mesh (any hexahedral mesh with 2:1 hanging nodes that encloses the
