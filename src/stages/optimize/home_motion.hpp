@@ -30,6 +30,7 @@ class HomeMotion final : public Motion {
     Point place(Index dof, const Point& wanted) const override;
     std::span<const Index> limited() const override { return limited_; }
     LimitTerm limit(Index dof, const Point& at) const override;
+    bool has_exact_freedoms() const override { return true; }
 
   private:
     /// A dof's last projection.

@@ -25,6 +25,9 @@ class Motion {
     /// Dofs whose range is limited.
     virtual std::span<const Index> limited() const = 0;
     virtual LimitTerm limit(Index dof, const Point& at) const = 0;
+    /// Whether freedoms are those of the elements themselves: then a dof that gets less of its step than they
+    /// promise has come to an end or a bend of its entity, and is held there while the others go on.
+    virtual bool has_exact_freedoms() const = 0;
 };
 
 } // namespace hexopt

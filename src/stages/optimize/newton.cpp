@@ -196,7 +196,8 @@ Newton::Search Newton::search_line(const Objective& objective, double slope, Obj
             value = at;
             return Search::moved;
         }
-        if (motion_ && halving >= kFirstBlockTest && is_blocked(length, slope)) {
+        if (motion_ && motion_->has_exact_freedoms() && halving >= kFirstBlockTest &&
+            is_blocked(length, slope)) {
             hold_blocked(length);
             result = Search::blocked;
             break;

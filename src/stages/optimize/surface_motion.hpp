@@ -43,6 +43,7 @@ class SurfaceMotion final : public Motion {
     Point place(Index dof, const Point& wanted) const override;
     std::span<const Index> limited() const override { return limited_; }
     LimitTerm limit(Index dof, const Point& at) const override;
+    bool has_exact_freedoms() const override { return tangents_ == Tangents::exact; }
 
     const BoundaryModel& surface() const { return surface_; }
     const SurfaceLimits& limits() const { return limits_; }
