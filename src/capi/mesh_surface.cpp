@@ -45,6 +45,10 @@ Result<MeshOptions> read_options(const char* config) {
         return usage_error("config", "refine.initial_mesh names a file; meshing in memory takes none");
     if (!job.feature_files.empty())
         return usage_error("config", "features.lines names files; meshing in memory takes none");
+    for (const RegionTarget& region : job.options.refine.regions)
+        if (!region.file.empty())
+            return usage_error("config", "refine.regions names " + region.file +
+                                             "; meshing in memory takes regions without files");
     if (job.options.planar == PlanarChoice::yes)
         return usage_error("config", "planar meshes are made by hexopt-gpu mesh only");
     return std::move(job.options);

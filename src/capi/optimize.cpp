@@ -43,8 +43,8 @@ Result<ImproveOptions> convert(const hexopt_optimize_options& c) {
     if (c.min_sj < 1) options.target_min_sj = c.min_sj;
     if (c.time_limit_s > 0) o.time_limit_s = c.time_limit_s;
     o.max_iterations = c.max_iterations;
-    if (c.device) options.device = c.device;
-    options.precision = static_cast<compute::Precision>(c.precision);
+    if (c.device) options.compute.device = c.device;
+    options.compute.precision = static_cast<compute::Precision>(c.precision);
     return options;
 }
 
@@ -149,7 +149,7 @@ Status run_on_device(hexopt_context& context, const hexopt_vulkan* vulkan,
     if (!request) return request.error();
     Result<DeviceMesh> mesh = open_device_mesh(vulkan, given_mesh);
     if (!mesh) return mesh.error();
-    request->options.backend = &mesh->backend();
+    request->options.compute.backend = &mesh->backend();
     hexopt_mesh view = mesh->view();
     const Status status = improve(context, &view, *request);
     const bool reached = status || status.error().code == ErrorCode::no_valid_mesh ||

@@ -1,10 +1,8 @@
 #include "pipeline/improve_mesh.hpp"
 
-#include "compute/device_choice.hpp"
 #include "mesh/hanging.hpp"
 #include "mesh/recognise_hanging.hpp"
 #include "mesh/validate_structure.hpp"
-#include "stages/optimize/device_driver.hpp"
 
 #include <fmt/core.h>
 
@@ -62,44 +60,21 @@ void add_surface_notes(const AssociationReport& report, std::vector<std::string>
                                     report.open_edges, report.nonmanifold_edges));
 }
 
-/// Where to compute; without a backend: the host's vectorised code.
-struct ComputePlace {
-    std::unique_ptr<compute::Backend> owned;
-    compute::Backend* backend = nullptr;
-    std::string reason;
-};
-
+/// The host's code for what the device driver does not offer.
 Result<ComputePlace> choose_place(const ImproveOptions& options, const Parallel& parallel) {
-    // What the device driver does not offer.
     const char* host_only = options.optimize.method == OptimizeMethod::thesis ? "the thesis's method"
                             : options.optimize.decomposition != Decomposition::all32
                                 ? "a choice of tetrahedra"
                                 : nullptr;
+    if (!host_only) return open_place(options.compute, parallel);
+    if (!options.compute.is_host())
+        return make_error(
+            ErrorCode::usage, "optimize", "",
+            fmt::format("{} is computed by the host in f64 only; do without it (robust method, 32 "
+                        "tetrahedra), or leave device and precision at their defaults",
+                        host_only));
     ComputePlace place;
-    if (host_only) {
-        const bool is_default = !options.backend && (options.device == "auto" || options.device == "cpu") &&
-                                options.precision == compute::Precision::f64;
-        if (!is_default)
-            return make_error(
-                ErrorCode::usage, "optimize", "",
-                fmt::format("{} is computed by the host in f64 only; do without it (robust method, 32 "
-                            "tetrahedra), or leave device and precision at their defaults",
-                            host_only));
-        place.reason = fmt::format("cpu: {} is computed there", host_only);
-        return place;
-    }
-    if (options.backend) {
-        place.backend = options.backend;
-        place.reason = options.backend->capabilities().name + ": given by the host application";
-        return place;
-    }
-    Result<compute::OpenedDevice> opened = compute::open_device(options.device, options.precision);
-    if (!opened) return opened.error();
-    place.reason = opened->choice.reason;
-    place.owned = std::move(opened->backend);
-    if (!place.owned && options.precision != compute::Precision::f64)
-        place.owned = compute::create_cpu_backend(parallel);
-    place.backend = place.owned.get();
+    place.reason = fmt::format("cpu: {} is computed there", host_only);
     return place;
 }
 
@@ -155,8 +130,8 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
 
     auto stats = clock.run("optimize", [&] {
         const BoundaryModel* model = surface->has_value() ? &**surface : nullptr;
-        const DeviceTarget target{place->backend, options.precision};
-        return optimize(mesh, topology, model, options.optimize, context, place->backend ? &target : nullptr);
+        const auto target = place->target();
+        return optimize(mesh, topology, model, options.optimize, context, target ? &*target : nullptr);
     });
     const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
     if (!stats && !cancelled) return restore(stats.error());

@@ -1,12 +1,12 @@
 #pragma once
 
-#include "compute/backend.hpp"
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/boundary_model.hpp"
 #include "domain/deviation.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "mesh/triangle_soup.hpp"
+#include "pipeline/compute_place.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
 #include "stages/optimize/optimize.hpp"
@@ -21,9 +21,7 @@ struct ImproveOptions {
     OptimizeOptions optimize;
     BoundaryOptions features;              ///< how features of the boundary are recognised
     const TriangleSoup* surface = nullptr; ///< what the boundary slides on; null: the mesh's own boundary
-    std::string device = "auto";           ///< where to compute, as compute::choose_device() takes it
-    compute::Precision precision = compute::Precision::f64;
-    compute::Backend* backend = nullptr; ///< an open one to compute on instead of `device`
+    ComputeRequest compute;
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
 };
 

@@ -88,7 +88,8 @@ Status insert_layers(MeshAttempt& attempt, const Domain& domain, const MeshOptio
 }
 
 Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const MeshOptions& options,
-                           AttemptCounts& counts, StageClock& clock, Context& context) {
+                           const ComputePlace& place, AttemptCounts& counts, StageClock& clock,
+                           Context& context) {
     HexMesh& mesh = attempt.fitted.mesh;
     attempt.topology = clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
     attempt.start = mesh.positions;
@@ -96,8 +97,11 @@ Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const Mes
     on_surface.max_deviation_rel = 0;
     on_surface.time_limit_s = counts.optimize_s_left(options);
     begin_stage(context, "optimize", progress::kBufferEnd, progress::kOptimizeEnd);
-    auto stats = clock.run(
-        "optimize", [&] { return optimize(mesh, attempt.topology, &domain.model, on_surface, context); });
+    auto stats = clock.run("optimize", [&] {
+        const auto target = place.target();
+        return optimize(mesh, attempt.topology, &domain.model, on_surface, context,
+                        target ? &*target : nullptr);
+    });
     if (!stats && stats.error().code != ErrorCode::cancelled) return stats.error();
     counts.optimize_s += clock.times().back().seconds;
     if (stats) attempt.stats = std::move(*stats);
@@ -141,9 +145,10 @@ Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, c
 }
 
 Status optimize_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& options,
-                        AttemptCounts& counts, StageClock& clock, Context& context) {
+                        const ComputePlace& place, AttemptCounts& counts, StageClock& clock,
+                        Context& context) {
     bind_surface(domain, attempt.fitted);
-    if (Status done = optimize_on_surface(attempt, domain, options, counts, clock, context); !done)
+    if (Status done = optimize_on_surface(attempt, domain, options, place, counts, clock, context); !done)
         return done;
     attempt.failed = clock.run("check", [&] {
         return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());

@@ -47,10 +47,11 @@ struct AttemptCounts {
 Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
                                   AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak);
 
-/// Binds domain.model to what begin_attempt() made, optimizes it on the surface and finds what failed.
-/// Cancelled: no error but an attempt without stats. Errors: out_of_memory.
+/// Binds domain.model to what begin_attempt() made, optimizes it on the surface (on `place`) and finds what
+/// failed. Cancelled: no error but an attempt without stats. Errors: out_of_memory.
 Status optimize_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& options,
-                        AttemptCounts& counts, StageClock& clock, Context& context);
+                        const ComputePlace& place, AttemptCounts& counts, StageClock& clock,
+                        Context& context);
 
 /// Binds domain.model to the vertices of a fitted mesh.
 void bind_surface(Domain& domain, const FittedMesh& fitted);

@@ -318,6 +318,21 @@ MeshKey time_key() {
             }};
 }
 
+MeshKey device_key() {
+    return {"optimize.device",
+            "--device",
+            "Where the mesh is optimized on the surface: auto (a GPU, else the host's vectorised code), cpu, "
+            "vulkan, or index or part of the name of one that hexopt-gpu devices lists",
+            Kind::word,
+            "DEVICE",
+            [](const MeshJob& job) { return ConfigValue(job.options.compute.device); },
+            [](MeshJob& job, const ConfigValue& value) -> std::string {
+                if (std::get<std::string>(value).empty()) return "must name a device";
+                job.options.compute.device = std::get<std::string>(value);
+                return {};
+            }};
+}
+
 #define HEXOPT_FIELD(field)                                                                                  \
     [](auto& job) -> auto& { return job.field; }
 
@@ -475,6 +490,13 @@ std::vector<MeshKey> result_keys() {
         time_key(),
         number("optimize.iterations", "--iterations", "Most steps and sweeps", {1, 1000000},
                HEXOPT_FIELD(options.optimize.max_iterations)),
+        device_key(),
+        choice("optimize.precision", "--precision",
+               "Of the optimizer's kernels; what is kept is always decided in f64",
+               Words<compute::Precision>{{"f32", compute::Precision::f32},
+                                         {"f64", compute::Precision::f64},
+                                         {"mixed", compute::Precision::mixed}},
+               HEXOPT_FIELD(options.compute.precision)),
         yes_no("optimize.cad_projection", "--cad-projection",
                "CAD files: move the boundary onto the exact faces, edges and vertices at the end, where "
                "cells stay good",

@@ -3,6 +3,7 @@
 #include "domain/boundary_model.hpp"
 #include "domain/box_tree.hpp"
 #include "mesh/feature_lines.hpp"
+#include "pipeline/compute_place.hpp"
 #include "stages/buffer/buffer.hpp"
 #include "stages/fit/fit.hpp"
 #include "stages/optimize/optimize.hpp"
@@ -60,6 +61,8 @@ struct MeshOptions {
         fitted.max_deviation_rel = 0.1;
         return fitted;
     }();
+    /// Where attempts are optimized on the surface; what settles them is computed by the host.
+    ComputeRequest compute;
     /// Whether boundary vertices are moved onto the exact faces, edges and vertices of CAD files at the end.
     bool cad_projection = true;
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on

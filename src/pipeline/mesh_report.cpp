@@ -185,6 +185,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"verdict", name_of(o.verdict)},
             {"exit_code", static_cast<int>(o.verdict)},
             {"options", options_json(job)},
+            {"device", o.device.empty() ? json(nullptr) : json(o.device)},
             {"resumed_at", o.resumed.empty() ? json(nullptr) : json(o.resumed)},
             {"surface", surface_json(o)},
             {"refine", refine_json(o.refine)},

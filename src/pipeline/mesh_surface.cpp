@@ -124,9 +124,9 @@ struct Saving {
 /// fewer cells fail.
 class Attempts {
   public:
-    Attempts(const MeshOptions& options, MeshState& state, Domain& domain, const Saving& saving,
-             StageClock& clock, Context& context)
-        : options_(options), state_(state), domain_(domain), saving_(saving), clock_(clock),
+    Attempts(const MeshOptions& options, const ComputePlace& place, MeshState& state, Domain& domain,
+             const Saving& saving, StageClock& clock, Context& context)
+        : options_(options), place_(place), state_(state), domain_(domain), saving_(saving), clock_(clock),
           context_(context) {}
 
     /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times.
@@ -161,7 +161,8 @@ class Attempts {
     /// Ends the attempt under way and prepares the next one.
     Status optimize() {
         MeshAttempt& current = *state_.current;
-        if (Status done = optimize_attempt(current, domain_, options_, state_.counts, clock_, context_);
+        if (Status done =
+                optimize_attempt(current, domain_, options_, place_, state_.counts, clock_, context_);
             !done)
             return done;
         const bool is_cancelled = !current.stats;
@@ -242,6 +243,7 @@ class Attempts {
     }
 
     const MeshOptions& options_;
+    const ComputePlace& place_;
     MeshState& state_;
     Domain& domain_;
     const Saving& saving_;
@@ -410,10 +412,13 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     MeshOutcome outcome;
     Domain& domain = prepared.domain;
     describe_domain(prepared, outcome);
+    const auto place = open_place(options.compute, context.parallel());
+    if (!place) return place.error();
+    outcome.device = place->reason;
     auto state = start_or_resume(domain, options, outcome, clock, context, leak, checkpoint);
     if (!state) return state.error();
     const Saving saving{checkpoint, clock, context};
-    if (Status done = Attempts(options, *state, domain, saving, clock, context).run(leak); !done)
+    if (Status done = Attempts(options, *place, *state, domain, saving, clock, context).run(leak); !done)
         return done.error();
     if (Status done = settle(*state, domain, options, saving, clock, context); !done) return done.error();
     Topology topology;

@@ -40,7 +40,8 @@ struct AttemptCount {
 struct MeshOutcome {
     /// ok, no_valid_mesh, below_target or cancelled (while optimizing): the mesh is the best state reached.
     ErrorCode verdict = ErrorCode::ok;
-    HexMesh mesh; ///< with levels, hanging constraints and the input's patches
+    std::string device; ///< where attempts were optimized, and why there; empty: planar, by the host
+    HexMesh mesh;       ///< with levels, hanging constraints and the input's patches
 
     WeldReport weld;
     OrientationReport orientation;
@@ -75,9 +76,9 @@ class Checkpoint; // pipeline/checkpoint.hpp
 
 /// The flow in memory: refine and trim in turns, fit, buffer, optimize (again from a finer octree while cells
 /// fail), settle, measure, name patches. Errors: usage (an option out of range), bad_input (a surface that
-/// cannot be meshed; where it leaks *leak gets the path), out_of_memory, cancelled before the optimizer
-/// began. checkpoint: where the state between stages is kept; one with a state: the run goes on from there,
-/// to the same bits; bad_input where that state does not fit.
+/// cannot be meshed; where it leaks *leak gets the path), device, out_of_memory, cancelled before the
+/// optimizer began. checkpoint: where the state between stages is kept; one with a state: the run goes on
+/// from there, to the same bits; bad_input where that state does not fit.
 Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
                                 Context& context, LeakPath* leak = nullptr, Checkpoint* checkpoint = nullptr);
 

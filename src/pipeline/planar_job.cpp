@@ -25,6 +25,8 @@ constexpr std::string_view kOnlyInSpace[] = {
     "features.weak",
     "optimize.cad_projection",
     "optimize.repairs",
+    "optimize.device",
+    "optimize.precision",
     "refine.feature_cells",
     "refine.initial_mesh",
     "refine.curves",

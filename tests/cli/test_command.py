@@ -132,6 +132,16 @@ class Mesh(Command):
         self.assertIn(b"ASCII", self.path("out.vtk").read_bytes()[:200])
         self.assertEqual(run("quality", self.path("out.vtk"), "--require-valid").returncode, OK)
 
+    def test_device_that_optimizes(self):
+        common = ["mesh", self.surface(), "-o", self.path("out.vtu"), "--cells", 600]
+        self.assert_error(run(*common, "--device", "teapot"), USAGE, "teapot")
+        result = run(*common, "--device", "cpu", "--precision", "mixed", "--report", self.path("report.json"))
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertIn("optimized on cpu", result.stdout)
+        report = json.loads(self.path("report.json").read_text())
+        self.assertEqual(report["options"]["optimize.precision"], "mixed")
+        self.assertTrue(report["device"].startswith("cpu"), report["device"])
+
     def test_dumped_configuration_is_read(self):
         dumped = run("mesh", "--dump-config", "--size", 0.25, "--seeds", "0,0,1,2,0,0", "--patch-size", "a b=0.5",
                      "--region", "sphere 0,0,0,1 size=1", "--region", "patch wall level=2")

@@ -74,6 +74,7 @@ void run_mesh(MeshCommand& command, Session& session) {
     session.say(fmt::format("surface: {} patches, {} feature curves ({} followed), {} corners ({} met)",
                             outcome.patches, outcome.curves, outcome.fit.captured_curves, outcome.corners,
                             outcome.fit.captured_corners));
+    if (!outcome.device.empty()) session.say("optimized on " + outcome.device);
     for (const std::string& note : outcome.notes) session.say("note: " + note);
     session.say("mesh:    " + to_line(outcome.after.validity));
     session.say(fmt::format("largest distance between mesh and surface: {:.3g}, {:.2g} of the diagonal",

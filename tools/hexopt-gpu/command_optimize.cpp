@@ -98,11 +98,11 @@ void add_compute_options(CLI::App& command, Arguments& arguments) {
         {"f64", compute::Precision::f64},
         {"mixed", compute::Precision::mixed}};
     command
-        .add_option("--device", arguments.job.improve.device,
+        .add_option("--device", arguments.job.improve.compute.device,
                     "auto (default) | cpu | vulkan | index or part of the name of one that `devices` lists")
         ->type_name("DEVICE");
     command
-        .add_option("--precision", arguments.job.improve.precision,
+        .add_option("--precision", arguments.job.improve.compute.precision,
                     "f32 | f64 (default) | mixed, of the kernels; what is kept is always decided in f64")
         ->transform(choice(kPrecisions))
         ->type_name("NAME");
