@@ -1,5 +1,6 @@
 #include "mesh/refine_cells.hpp"
 
+#include "mesh/hanging.hpp"
 #include "mesh/hex_reference.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/validate_structure.hpp"
@@ -39,7 +40,8 @@ std::size_t leaves_gained(AxisMask mask) { return (std::size_t{1} << std::popcou
 
 } // namespace
 
-CellRefinement::CellRefinement(HexMesh roots) : lattice_(roots), root_count_(roots.cell_count()) {
+CellRefinement::CellRefinement(HexMesh roots, const RootJoints& joints)
+    : lattice_(roots, joints), root_count_(roots.cell_count()) {
     leaf_count_ = root_count_;
     positions_ = std::move(roots.positions);
     nodes_.resize(root_count_);
@@ -47,11 +49,39 @@ CellRefinement::CellRefinement(HexMesh roots) : lattice_(roots), root_count_(roo
         nodes_[c].vertices = roots.cells[c];
         nodes_[c].low = {0, 0, 0};
         nodes_[c].root = c;
+        if (!joints.empty()) nodes_[c].level.fill(joints.level[c]);
     }
+    if (!joints.empty()) take_hanging(joints);
     keep_patches(roots);
+    root_mesh_.hanging = std::move(roots.hanging);
     root_mesh_.cells = std::move(roots.cells);
     root_mesh_.patch_names = std::move(roots.patch_names);
     root_mesh_.positions.resize(positions_.size());
+}
+
+/// The vertices in the middle of faces and edges are those that splitting the larger cell will look for.
+void CellRefinement::take_hanging(const RootJoints& joints) {
+    uniform_mask_ = kAllAxes;
+    max_root_level_ = *std::max_element(joints.level.begin(), joints.level.end());
+    FlatTable middle_of;
+    for (const RootJoints::Edge& edge : joints.edges)
+        middle_of.find_or_insert(std::uint64_t{edge.from} << 32 | edge.to, edge.middle);
+    for (Index root = 0; root < root_count_; ++root)
+        for (const auto& [a, b] : hex::kEdgeVertex) {
+            const auto [low, high] = std::minmax(nodes_[root].vertices[a], nodes_[root].vertices[b]);
+            const Index middle = middle_of.find(std::uint64_t{low} << 32 | high);
+            if (middle == kNoIndex) continue;
+            const std::array<int, 3> half = {hex::kVertexX[a] + hex::kVertexX[b],
+                                             hex::kVertexY[a] + hex::kVertexY[b],
+                                             hex::kVertexZ[a] + hex::kVertexZ[b]};
+            vertex_at_.find_or_insert(lattice_.key(root, middle_point(nodes_[root], half)), middle);
+        }
+    for (const RootJoints::Face& face : joints.faces) {
+        std::array<int, 3> half = {1, 1, 1};
+        half[face.coarse.face / 2] = face.coarse.face % 2 ? 2 : 0;
+        vertex_at_.find_or_insert(
+            lattice_.key(face.coarse.cell, middle_point(nodes_[face.coarse.cell], half)), face.centre);
+    }
 }
 
 void CellRefinement::keep_patches(const HexMesh& roots) {
@@ -78,11 +108,15 @@ void CellRefinement::keep_patches(const HexMesh& roots) {
 Result<CellRefinement> CellRefinement::create(HexMesh roots, const Parallel& parallel) {
     if (roots.cell_count() == 0)
         return make_error(ErrorCode::bad_input, "refine", "", "the initial mesh has no cells");
-    if (!roots.hanging.empty())
-        return make_error(ErrorCode::bad_input, "refine", "vertex " + std::to_string(roots.hanging.vertex[0]),
-                          "the initial mesh has hanging vertices; give a conforming one");
     if (Status ok = require_structure(roots, "refine", parallel); !ok) return ok.error();
-    return CellRefinement(std::move(roots));
+    const Result<RootJoints> joints = find_root_joints(roots, parallel);
+    if (!joints) return joints.error();
+    apply_hanging(roots, parallel);
+    CellRefinement refinement(std::move(roots), *joints);
+    if (refinement.max_root_level() >= refinement.max_level())
+        return make_error(ErrorCode::bad_input, "refine", "",
+                          "the initial mesh has cells of too many different sizes");
+    return refinement;
 }
 
 Result<CellRefinement> CellRefinement::replay(HexMesh roots, std::span<const RefineRequest> splits,
@@ -96,6 +130,7 @@ Result<CellRefinement> CellRefinement::replay(HexMesh roots, std::span<const Ref
                               "cannot be split as the history of the refinement says");
         made->split(request.node, request.mask);
     }
+    if (made->uniform_mask_ != 0) return made; // of a mesh that hangs together
     if (!splits.empty()) made->uniform_mask_ = splits.front().mask;
     made->mixed_ = std::any_of(splits.begin(), splits.end(), [&](const RefineRequest& request) {
         return request.mask != splits.front().mask;
@@ -197,6 +232,7 @@ void CellRefinement::split_all(const std::vector<Index>& nodes) {
 bool CellRefinement::keep_request(const RefineRequest& request, RefineCount& count) const {
     bool keep = request.node < nodes_.size() && nodes_[request.node].is_leaf() && request.mask != 0 &&
                 request.mask <= kAllAxes;
+    if (!root_mesh_.hanging.empty()) keep = keep && request.mask == kAllAxes;
     for (int d = 0; keep && d < 3; ++d)
         if (request.mask >> d & 1) keep = nodes_[request.node].level[d] < lattice_.depth();
     if (!keep) ++count.refused;
@@ -223,6 +259,28 @@ RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int 
     if (mixed_) refine_mixed(kept, count);
     split_all(marked);
     return count;
+}
+
+RefineCount CellRefinement::balance(std::size_t max_leaves) {
+    RefineCount sum;
+    for (;;) {
+        std::vector<std::uint8_t> finest(positions_.size(), 0);
+        const std::vector<Index> all = leaves();
+        for (Index leaf : all)
+            for (Index v : nodes_[leaf].vertices) finest[v] = std::max(finest[v], nodes_[leaf].depth());
+        std::vector<RefineRequest> requests;
+        for (Index leaf : all)
+            if (const RefineNode& node = nodes_[leaf];
+                std::any_of(node.vertices.begin(), node.vertices.end(),
+                            [&](Index v) { return finest[v] > node.depth() + 1; }))
+                requests.push_back({leaf, kAllAxes});
+        if (requests.empty()) return sum;
+        const RefineCount count = refine(requests, 1, max_leaves);
+        sum.balance += count.requested + count.balance;
+        sum.refused += count.refused;
+        sum.over_budget = count.over_budget;
+        if (count.requested == 0) return sum;
+    }
 }
 
 RefineCount CellRefinement::surround(std::span<const Index> leaves, int layers, int rings,

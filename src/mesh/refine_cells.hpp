@@ -64,8 +64,10 @@ struct LeafMesh {
 /// vertex and 16-32 for its place. Source: thesis 3.4 and figure 3.5.
 class CellRefinement {
   public:
-    /// Starts with every cell of `roots` as a leaf. Errors (bad_input): unsound structure, hanging vertices,
-    /// no cells.
+    /// Starts with every cell of `roots` as a leaf. Where it has hanging vertices these must be named, and
+    /// its cells at most one halving apart over faces and edges; levels of the smaller ones count from the
+    /// largest that they hang together with, and cells are only ever split along all axes (other requests are
+    /// refused). Errors (bad_input): unsound structure, joints that find_root_joints() refuses, no cells.
     static Result<CellRefinement> create(HexMesh roots, const Parallel& parallel);
 
     /// The hierarchy with these roots() and splits(): the same nodes, vertices and later behaviour. Errors
@@ -89,6 +91,10 @@ class CellRefinement {
     RefineCount surround(std::span<const Index> leaves, int layers, int rings = 1,
                          std::size_t max_leaves = ~std::size_t{0});
 
+    /// Splits leaves until none is two levels below one at a common vertex, which an initial mesh with
+    /// hanging vertices may have; nothing else does.
+    RefineCount balance(std::size_t max_leaves = ~std::size_t{0});
+
     /// Leaves, depth first: children by xi, then eta, then zeta; roots in their order.
     std::vector<Index> leaves() const;
     LeafMesh leaf_mesh(const Parallel& parallel) const;
@@ -99,11 +105,14 @@ class CellRefinement {
     std::size_t vertex_count() const { return positions_.size(); }
     const RefineNode& node(Index node) const { return nodes_[node]; }
     const Point& position(Index vertex) const { return positions_[vertex]; }
-    /// Halvings along an axis that a cell of the initial mesh can take.
+    /// Halvings along an axis that a cell of the initial mesh can take, counted from the largest cells.
     int max_level() const { return lattice_.depth(); }
+    /// Level of the smallest cells of the initial mesh; 0 where nothing hangs.
+    int max_root_level() const { return max_root_level_; }
 
   private:
-    explicit CellRefinement(HexMesh roots);
+    CellRefinement(HexMesh roots, const RootJoints& joints);
+    void take_hanging(const RootJoints& joints);
     void keep_patches(const HexMesh& roots);
 
     using Mid27 = std::array<Index, 27>; ///< vertices at 0, 1/2, 1 along each axis, xi first
@@ -134,10 +143,11 @@ class CellRefinement {
     std::size_t root_count_ = 0, leaf_count_ = 0;
     std::vector<RefineNode> nodes_; ///< the roots, then children in order of splitting, siblings together
     std::vector<Point> positions_;
-    FlatTable vertex_at_;                ///< by RootLattice::key()
-    AxisMask uniform_mask_ = 0;          ///< mask of all splits so far; 0: none yet
-    bool mixed_ = false;                 ///< splits with different masks
-    HexMesh root_mesh_;                  ///< cells and patch names; positions of no value
+    FlatTable vertex_at_;       ///< by RootLattice::key()
+    AxisMask uniform_mask_ = 0; ///< mask of all splits so far; 0: none yet
+    bool mixed_ = false;        ///< splits with different masks
+    int max_root_level_ = 0;
+    HexMesh root_mesh_;                  ///< cells, hanging vertices and patch names; positions of no value
     std::vector<Index> root_face_patch_; ///< per root and face: its patch, kNoIndex; empty without any
 };
 

@@ -137,7 +137,7 @@ void CellRefinement::append_boundary(const std::vector<Index>& leaves, HexMesh& 
         const RefineNode& node = nodes_[leaves[c]];
         for (std::uint32_t f = 0; f < 6; ++f) {
             const std::uint32_t d = f / 2, size = lattice_.size() >> node.level[d];
-            if (f % 2 ? node.low[d] + size != lattice_.size() : node.low[d] != 0) continue;
+            if (f % 2 ? node.low[d] + size != lattice_.size(node.root) : node.low[d] != 0) continue;
             const Index patch = root_face_patch_[6 * std::size_t{node.root} + f];
             if (patch == kNoIndex) continue;
             Quad quad;

@@ -49,7 +49,7 @@ Csr<std::uint32_t> invert_uses(const std::vector<Index>& id_of_use, std::size_t 
 
 } // namespace
 
-RootLattice::RootLattice(const HexMesh& roots) {
+RootLattice::RootLattice(const HexMesh& roots, const RootJoints& joints) : level_(joints.level) {
     number_edges(roots);
     number_faces(roots);
     first_face_ = *std::max_element(edge_id_.begin(), edge_id_.end()) + std::uint64_t{1};
@@ -57,6 +57,86 @@ RootLattice::RootLattice(const HexMesh& roots) {
     // The highest entity number stays below a power of two, so that no key is ~0.
     const int entity_bits = static_cast<int>(std::bit_width(first_cell_ + roots.cell_count()));
     depth_ = std::min((64 - entity_bits) / 3, 20);
+    if (!joints.empty()) place_on_larger(roots, joints);
+}
+
+RootLattice::Place RootLattice::make_place(std::uint64_t entity, std::uint32_t half,
+                                           std::span<const HalfPlace> known, Index origin, Index along_s,
+                                           Index along_t) const {
+    const auto at = [&](Index vertex) {
+        return std::find_if(known.begin(), known.end(),
+                            [&](const HalfPlace& p) { return p.vertex == vertex; })
+            ->at;
+    };
+    const std::array<int, 2> o = at(origin), s = at(along_s), t = at(along_t);
+    return {entity,
+            {std::int64_t{half} * o[0], std::int64_t{half} * o[1]},
+            {{{s[0] - o[0], s[1] - o[1]}, {t[0] - o[0], t[1] - o[1]}}}};
+}
+
+/// The smaller faces on a larger one, and the edges between them.
+void RootLattice::place_on_face(const HexMesh& roots, const RootJoints::Face& face,
+                                const FlatTable& edge_at) {
+    const std::size_t use = 6 * std::size_t{face.coarse.cell} + face.coarse.face;
+    const std::uint8_t turn = face_turn_[use];
+    std::array<HalfPlace, 9> known{};
+    for (int c = 0; c < 4; ++c) {
+        std::array<int, 2> at = {turn & 1 ? 1 - (c & 1) : c & 1, turn & 2 ? 1 - (c >> 1) : c >> 1};
+        if (turn & 4) std::swap(at[0], at[1]);
+        known[c] = {roots.cells[face.coarse.cell][face_corner(face.coarse.face, c & 1, c >> 1)],
+                    {2 * at[0], 2 * at[1]}};
+    }
+    const auto corner_at = [&](Index vertex) {
+        return std::find_if(known.begin(), known.begin() + 4,
+                            [&](const HalfPlace& p) { return p.vertex == vertex; })
+            ->at;
+    };
+    for (int k = 0; k < 4; ++k) {
+        const std::array<int, 2> a = corner_at(face.corner[k]), b = corner_at(face.corner[(k + 1) % 4]);
+        known[4 + k] = {face.middle[k], {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2}};
+    }
+    known[8] = {face.centre, {1, 1}};
+    const std::uint64_t entity = first_face_ + face_id_[use];
+    const std::uint32_t half = size(face.coarse.cell) / 2;
+    for (const CellFace& fine : face.fine) {
+        const Cell& cell = roots.cells[fine.cell];
+        face_place_[6 * std::size_t{fine.cell} + fine.face] = static_cast<Index>(places_.size());
+        places_.push_back(make_place(entity, half, known, cell[face_corner(fine.face, 0, 0)],
+                                     cell[face_corner(fine.face, 1, 0)], cell[face_corner(fine.face, 0, 1)]));
+    }
+    for (Index middle : face.middle) {
+        const auto [low, high] = std::minmax(middle, face.centre);
+        const Index edge = edge_at.find(std::uint64_t{low} << 32 | high);
+        edge_place_[edge] = static_cast<Index>(places_.size());
+        places_.push_back(make_place(entity, half, known, low, high, low));
+    }
+}
+
+void RootLattice::place_on_larger(const HexMesh& roots, const RootJoints& joints) {
+    FlatTable edge_at;
+    std::vector<Index> cell_of_edge;
+    for (std::size_t use = 0; use < edge_id_.size(); ++use) {
+        const auto& local = hex::kEdgeVertex[use % 12];
+        const auto [low, high] =
+            std::minmax(roots.cells[use / 12][local[0]], roots.cells[use / 12][local[1]]);
+        edge_at.find_or_insert(std::uint64_t{low} << 32 | high, edge_id_[use]);
+        if (edge_id_[use] == cell_of_edge.size()) cell_of_edge.push_back(static_cast<Index>(use / 12));
+    }
+    face_place_.assign(face_id_.size(), kNoIndex);
+    edge_place_.assign(cell_of_edge.size(), kNoIndex);
+    for (const RootJoints::Face& face : joints.faces) place_on_face(roots, face, edge_at);
+    for (const RootJoints::Edge& edge : joints.edges) {
+        const Index whole = edge_at.find(std::uint64_t{edge.from} << 32 | edge.to);
+        const std::array<HalfPlace, 3> known = {
+            {{edge.from, {0, 0}}, {edge.middle, {1, 0}}, {edge.to, {2, 0}}}};
+        for (Index end : {edge.from, edge.to}) {
+            const auto [low, high] = std::minmax(end, edge.middle);
+            const Index part = edge_at.find(std::uint64_t{low} << 32 | high);
+            if (part == kNoIndex) continue;
+            edge_place_[part] = static_cast<Index>(places_.size());
+            places_.push_back(make_place(whole, size(cell_of_edge[whole]) / 2, known, low, high, low));
+        }
+    }
 }
 
 void RootLattice::number_edges(const HexMesh& roots) {

@@ -3,6 +3,7 @@
 #include "io/atomic_file.hpp"
 #include "io/domain_file.hpp"
 #include "io/read_outline.hpp"
+#include "mesh/recognise_hanging.hpp"
 #include "pipeline/check_outputs.hpp"
 #include "pipeline/checkpoint.hpp"
 #include "pipeline/mesh_pictures.hpp"
@@ -82,6 +83,16 @@ Result<MeshOutcome> mesh_outlines(const MeshJob& job, StageClock& clock, Context
     return mesh_planar(std::move(*slab), job.options, clock, context, checkpoint);
 }
 
+/// Formats without constraints leave them to be recognised.
+Status name_hanging(HexMesh& mesh, Context& context) {
+    if (!mesh.hanging.empty()) return Done{};
+    auto recognised = recognise_hanging(mesh, {}, context.parallel());
+    if (!recognised) return recognised.error();
+    mesh.hanging = std::move(recognised->hanging);
+    ++mesh.revision;
+    return Done{};
+}
+
 Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob& job, StageClock& clock,
                                   Context& context, Checkpoint* checkpoint) {
     if (!prepared) return prepared.error();
@@ -89,6 +100,7 @@ Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob
     if (!job.initial_mesh.empty()) {
         auto initial = clock.run("read_initial", [&] { return read_mesh(job.initial_mesh, context); });
         if (!initial) return initial.error();
+        if (Status named = name_hanging(*initial, context); !named) return named.error();
         options.refine.initial.mesh = std::move(*initial);
     }
     LeakPath leak;

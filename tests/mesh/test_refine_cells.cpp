@@ -425,3 +425,136 @@ TEST_CASE("a history that cannot be is refused") {
     for (Index node = 0; deep.size() < 40; node = deep.size() == 1 ? 2 : node + 2) deep.push_back({node, 1});
     CHECK_FALSE(replayed(deep));
 }
+
+namespace {
+
+/// Centres of cells, in units small enough to tell them apart, with their numbers.
+std::map<std::array<long, 3>, Index> cells_by_centre(const HexMesh& mesh) {
+    std::map<std::array<long, 3>, Index> at;
+    for (Index c = 0; c < mesh.cell_count(); ++c) {
+        Point centre(0);
+        for (Index v : mesh.cells[c]) centre += mesh.positions[v];
+        at[{std::lround(centre.x * 1e6), std::lround(centre.y * 1e6), std::lround(centre.z * 1e6)}] = c;
+    }
+    return at;
+}
+
+void name_hanging(HexMesh& mesh) {
+    auto recognised = recognise_hanging(mesh, {}, Parallel(1));
+    REQUIRE(recognised);
+    mesh.hanging = recognised->hanging;
+}
+
+} // namespace
+
+TEST_CASE("an initial mesh with hanging vertices is refined as the hierarchy that it came from") {
+    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+        Random random(seed);
+        HexMesh roots = seed % 2 ? make_ball() : make_grid({2, 3, 2});
+        if (seed > 2) twist(roots, seed);
+        CellRefinement whole = start(roots);
+        const auto refine_some = [&](std::size_t count) {
+            const std::vector<Index> leaves = whole.leaves();
+            std::vector<RefineRequest> requests;
+            for (std::size_t i = 0; i < count; ++i) requests.push_back({leaves[random.below(leaves.size())]});
+            return requests;
+        };
+        for (int round = 0; round < 3; ++round) whole.refine(refine_some(3));
+        HexMesh leaves = whole.leaf_mesh(Parallel(1)).mesh;
+        twist(leaves, seed + 10);
+        leaves.hanging.clear();
+        name_hanging(leaves);
+        REQUIRE_FALSE(leaves.hanging.empty());
+        CellRefinement again = start(leaves);
+        REQUIRE(again.max_root_level() >= 1);
+        REQUIRE(again.balance().balance == 0);
+        for (int round = 0; round < 5; ++round) {
+            const std::vector<RefineRequest> requests = refine_some(4);
+            const LeafMesh before = again.leaf_mesh(Parallel(1)), reference = whole.leaf_mesh(Parallel(1));
+            const auto mine = cells_by_centre(before.mesh);
+            std::vector<RefineRequest> same;
+            for (const auto& [centre, cell] : cells_by_centre(reference.mesh))
+                if (std::any_of(requests.begin(), requests.end(), [&](const RefineRequest& request) {
+                        return request.node == reference.leaf_node[cell];
+                    }))
+                    same.push_back({before.leaf_node[mine.at(centre)]});
+            const int rings = 1 + round % 2;
+            const RefineCount a = whole.refine(requests, rings), b = again.refine(same, rings);
+            REQUIRE(a.requested == b.requested);
+            REQUIRE(a.balance == b.balance);
+            const HexMesh x = whole.leaf_mesh(Parallel(1)).mesh, y = again.leaf_mesh(Parallel(1)).mesh;
+            REQUIRE(x.vertex_count() == y.vertex_count());
+            REQUIRE(x.hanging.count() == y.hanging.count());
+            const auto at_x = cells_by_centre(x), at_y = cells_by_centre(y);
+            REQUIRE(at_x.size() == x.cell_count());
+            for (auto i = at_x.begin(), j = at_y.begin(); i != at_x.end(); ++i, ++j)
+                REQUIRE(i->first == j->first);
+            require_sound(leaves, again);
+        }
+        const auto replayed = CellRefinement::replay(again.roots(), again.splits(), Parallel(1));
+        REQUIRE(replayed);
+        CHECK(replayed->leaf_mesh(Parallel(1)).mesh.positions == again.leaf_mesh(Parallel(1)).mesh.positions);
+        CHECK(again.refine(std::vector<RefineRequest>{{again.leaves()[0], 3}}).refused == 1);
+    }
+}
+
+namespace {
+
+/// 2 x 2 x 2 cells of which the first `split` are cut, and the cell of the first one that touches the middle
+/// is cut again by hand: without what the balance would add.
+HexMesh make_unbalanced(Index split) {
+    CellRefinement cells = start(make_grid({2, 2, 2}));
+    for (Index root = 0; root < split; ++root) cells.refine(std::vector<RefineRequest>{{root, kAllAxes}});
+    HexMesh mesh = cells.leaf_mesh(Parallel(1)).mesh;
+    const auto at = cells_by_centre(mesh);
+    const Index corner = at.at({6000000, 6000000, 6000000}); // sums of eight
+    const Point low = mesh.positions[mesh.cells[corner][0]];
+    mesh.cells.erase(mesh.cells.begin() + corner);
+    std::map<std::array<double, 3>, Index> vertex_at;
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        vertex_at[{mesh.positions[v].x, mesh.positions[v].y, mesh.positions[v].z}] = v;
+    for (int child = 0; child < 8; ++child) {
+        Cell part;
+        for (int k = 0; k < 8; ++k) {
+            const Point p =
+                low + 0.25 * Point((child & 1) + hex::kVertexX[k], (child >> 1 & 1) + hex::kVertexY[k],
+                                   (child >> 2) + hex::kVertexZ[k]);
+            const auto [found, fresh] =
+                vertex_at.try_emplace({p.x, p.y, p.z}, static_cast<Index>(mesh.vertex_count()));
+            if (fresh) mesh.positions.push_back(p);
+            part[k] = found->second;
+        }
+        mesh.cells.push_back(part);
+    }
+    mesh.level.clear();
+    name_hanging(mesh);
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("an initial mesh is balanced over its vertices, and refused where faces or edges are not") {
+    for (const Index split : {1, 4, 6}) {
+        const auto refused = CellRefinement::create(make_unbalanced(split), Parallel(1));
+        REQUIRE_FALSE(refused);
+        CHECK(refused.error().code == ErrorCode::bad_input);
+        CHECK(refused.error().one_line().find("halving") != std::string::npos);
+    }
+    const HexMesh mesh = make_unbalanced(7); // two halvings over one vertex only
+    CellRefinement cells = start(mesh);
+    CHECK(cells.max_root_level() == 2);
+    CHECK(cells.balance().balance == 1);
+    CHECK(cells.leaf_count() == mesh.cell_count() + 7);
+    require_sound(mesh, cells);
+    require_balanced(cells, 1);
+}
+
+TEST_CASE("an initial mesh with cells cut in two is refused") {
+    CellRefinement cells = start(make_grid({2, 1, 1}));
+    cells.refine(std::vector<RefineRequest>{{0, 1 | 2}});
+    HexMesh halved = cells.leaf_mesh(Parallel(1)).mesh;
+    REQUIRE_FALSE(halved.hanging.empty());
+    const auto refused = CellRefinement::create(halved, Parallel(1));
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().one_line().find("cut into four") != std::string::npos);
+}

@@ -7,6 +7,7 @@
 #include "pipeline/mesh_pipeline.hpp"
 #include "samples/geometry/geometries.hpp"
 #include "samples/geometry/solid.hpp"
+#include "samples/samples.hpp"
 #include "support/skip.hpp"
 
 #include <catch2/catch.hpp>
@@ -261,6 +262,36 @@ TEST_CASE("regions may be bounded by surfaces of files") {
         CHECK(refused.error().code == ErrorCode::bad_input);
         CHECK(refused.error().one_line().find(missing) != std::string::npos);
     }
+}
+
+TEST_CASE("an octree may be the initial mesh, named hanging vertices or not") {
+    const test::Scratch scratch;
+    Context context(2);
+    REQUIRE(write_surface(scratch / "in.stl", cube(-0.5, 0.5), {}, context));
+    SampleOptions size;
+    size.size = 4, size.levels = 2;
+    auto octree = make_sample("octree-corner", size, context);
+    REQUIRE(octree);
+    REQUIRE_FALSE(octree->hanging.empty());
+    for (Point& p : octree->positions) p = 1.7 * p - Point(0.83);
+    MeshJob job;
+    job.surfaces = {scratch / "in.stl"};
+    job.output = scratch / "out.vtu";
+    job.options.refine.surface.size = 0.11;
+    std::vector<std::size_t> cells;
+    for (const char* name : {"octree.vtu", "octree.mesh"}) { // .mesh has no place for constraints
+        INFO(name);
+        REQUIRE(write_mesh(scratch / name, *octree, {}, {}, context));
+        job.initial_mesh = scratch / name;
+        const auto result = run_mesh_job(job, context);
+        INFO((result ? "" : result.error().one_line()));
+        REQUIRE(result);
+        CHECK(result->outcome.verdict == ErrorCode::ok);
+        CHECK(result->outcome.fit.captured_corners == 8);
+        CHECK(result->outcome.after.total_volume == Approx(1).epsilon(1e-9));
+        cells.push_back(result->outcome.mesh.cell_count());
+    }
+    CHECK(cells[0] == cells[1]);
 }
 
 TEST_CASE("a cancelled run leaves the earlier file") {

@@ -13,15 +13,24 @@ Adaptation::Adaptation(const SurfaceElements& surface, SurfaceCriteria& criteria
 Status Adaptation::run() {
     const int deepest = out_.refinement.max_level();
     const int last = options_.max_level > 0 ? std::min(options_.max_level, deepest) : deepest;
-    cells_.resize(static_cast<std::size_t>(last) + 1);
-    cells_[0] = find_root_elements(out_.refinement, surface_);
+    place_roots(last);
     for (int level = 0; level < last; ++level) {
         if (context_.is_cancelled()) return make_error(ErrorCode::cancelled, "refine", "", "cancelled");
         context_.report("refine", static_cast<double>(level) / last,
                         fmt::format("level {}, {} cells", level, out_.refinement.leaf_count()));
-        if (!refine_level(level)) break;
+        if (!refine_level(level) && level >= out_.refinement.max_root_level()) break;
     }
     return Done{};
+}
+
+void Adaptation::place_roots(int last) {
+    const int smallest = out_.refinement.max_root_level();
+    cells_.resize(static_cast<std::size_t>(std::max(last, smallest + 1)) + 1);
+    const CellElements roots = find_root_elements(out_.refinement, surface_);
+    for (std::size_t row = 0; row < roots.node.size(); ++row)
+        cells_[out_.refinement.node(roots.node[row]).depth()].append(roots.node[row], roots.elements[row]);
+    for (int k = 0; k <= smallest; ++k)
+        descend(out_.refinement, surface_, context_.parallel(), cells_[k], cells_[k + 1]);
 }
 
 std::vector<Index> Adaptation::cut_leaves() const {

@@ -23,6 +23,8 @@ class Adaptation {
         Index node;
         RefineCriterion why;
     };
+    /// Lists the roots by level, and what the balance has made of them.
+    void place_roots(int last);
     bool refine_level(int level);
     std::vector<Request> find_requests(int level) const;
     void append_region_requests(int level, std::vector<Request>& requests) const;

@@ -147,6 +147,7 @@ class SizeTrials::Run {
         if (!mesh) return mesh.error();
         Result<CellRefinement> made = CellRefinement::create(std::move(mesh).value(), context_.parallel());
         if (!made) return made.error();
+        made->balance(options_.max_cells);
         if (Status ok = criteria_.set_size(options_, size); !ok) return ok.error();
         Result<Regions> regions = Regions::create(domain_, options_);
         if (!regions) return regions.error();

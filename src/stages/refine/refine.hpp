@@ -13,7 +13,8 @@
 
 namespace hexopt {
 
-/// How small cells are to be: a length in model units, or a number of halvings of the initial mesh. Neither
+/// How small cells are to be: a length in model units, or a number of halvings of the initial mesh, counted
+/// from its largest cells. Neither
 /// given: the default of the place where it stands; both: refused.
 struct TargetSize {
     double size = 0; ///< longest edge of a cell, model units; 0: not given
@@ -63,8 +64,10 @@ struct RegionTarget {
 struct InitialMeshOptions {
     std::array<Index, 3> cells = {0, 0, 0}; ///< along each axis; {0,0,0}: from base_size
     std::optional<Box> box;                 ///< the user's box; it may cut the surface
-    std::optional<HexMesh> mesh; ///< any conforming mesh; excludes the others. 2-D: zeta is across the plane
-    double base_size = 0;        ///< edge of a cell, model units; 0: a power of two times the surface's size
+    /// Any mesh of hexahedra; excludes the others. Hanging vertices must be named (recognise_hanging()), its
+    /// cells be at most one halving apart over faces and edges. 2-D: conforming, zeta across the plane.
+    std::optional<HexMesh> mesh;
+    double base_size = 0; ///< edge of a cell, model units; 0: a power of two times the surface's size
 };
 
 /// What is refined and how far (thesis 3.4, figure 3.6). Sizes bound a cell's longest edge from above.
@@ -150,7 +153,7 @@ struct RefineOutput {
 
 /// Adapts the initial mesh to the domain. Cells in depth-first order; same input, same bits for any number of
 /// threads. Errors: usage (an option out of range, an unknown patch, a region without extent), bad_input (an
-/// initial mesh that is not sound or has hanging vertices), cancelled.
+/// initial mesh that is not sound or whose hanging vertices CellRefinement::create() refuses), cancelled.
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context);
 
 /// Octrees where the surface's size is not given, one after another, none of them made into a mesh before one
