@@ -134,11 +134,27 @@ void archive(A& a, AttemptCount& value) {
 }
 
 template <class A>
+void archive(A& a, BareSpot& value) {
+    auto& [at, cell, patch, area, cell_size, thickness] = value;
+    a(at, cell, patch, area, cell_size, thickness);
+}
+
+template <class A>
+void archive(A& a, TrimOutput& value) {
+    auto& [kept, kept_cell, refine_cells, bare_cells, bare_spots, report] = value;
+    a(kept, kept_cell, refine_cells, bare_cells, bare_spots, report);
+}
+
+template <class A>
+void archive(A& a, FitOutput& value) {
+    auto& [fitted, refine_cells, report] = value;
+    a(fitted, refine_cells, report);
+}
+
+template <class A>
 void archive(A& a, AttemptCounts& value) {
-    // What is known of the octree follows from it.
     auto& [trims, trimmed, fitted, fit_rounds, fit_repairs, optimize_s] = value;
-    static_cast<void>(trimmed), static_cast<void>(fitted);
-    a(trims.count, fit_rounds, fit_repairs, optimize_s);
+    a(trims.count, trimmed, fitted, fit_rounds, fit_repairs, optimize_s);
 }
 
 template <class A>
@@ -200,15 +216,15 @@ bool fits(const OptimizeStats& stats, std::size_t cells) {
            groups.offset.back() == groups.item.size();
 }
 
-/// Whether the parts of an attempt belong together and to the domain; the structure of its mesh aside.
-bool fits(const MeshAttempt& attempt, const Domain& domain) {
-    const FittedMesh& fitted = attempt.fitted;
-    const std::size_t vertices = fitted.mesh.vertex_count(), cells = fitted.mesh.cell_count();
+bool is_sized(const std::vector<Point>& points, const FittedMesh& fitted) {
+    return points.empty() || points.size() == fitted.mesh.vertex_count();
+}
+
+/// Whether a fitted mesh belongs to the domain; its structure aside.
+bool fits(const FittedMesh& fitted, const Domain& domain) {
+    const std::size_t vertices = fitted.mesh.vertex_count();
     const BoundaryModel& model = domain.model;
-    const auto is_sized = [&](const std::vector<Point>& points) {
-        return points.empty() || points.size() == vertices;
-    };
-    return fitted.association.size() == vertices && is_sized(fitted.unfitted) && is_sized(attempt.start) &&
+    return fitted.association.size() == vertices && is_sized(fitted.unfitted, fitted) &&
            std::all_of(fitted.association.begin(), fitted.association.end(),
                        [&](const Association& bound) { return is_bound(bound, model); }) &&
            std::all_of(fitted.ridges.begin(), fitted.ridges.end(),
@@ -219,10 +235,36 @@ bool fits(const MeshAttempt& attempt, const Domain& domain) {
            std::all_of(fitted.mesh.boundary.begin(), fitted.mesh.boundary.end(),
                        [&](const BoundaryQuad& quad) {
                            return quad.patch == kNoIndex || quad.patch < model.patch_count();
+                       });
+}
+
+bool fits(const FitReport& report, const Domain& domain) {
+    return std::all_of(report.released_curves.begin(), report.released_curves.end(),
+                       [&](const auto& released) { return released.curve < domain.model.curve_count(); });
+}
+
+bool fits(const MeshAttempt& attempt, const Domain& domain) {
+    const std::size_t cells = attempt.fitted.mesh.cell_count();
+    return fits(attempt.fitted, domain) && is_sized(attempt.start, attempt.fitted) &&
+           fits(attempt.fit, domain) && are_below(attempt.failed, cells) &&
+           (!attempt.stats || fits(*attempt.stats, cells));
+}
+
+/// What is known of the octree before the first attempt.
+bool fits(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain) {
+    if (!counts.trimmed) return !counts.fitted;
+    const TrimOutput& trimmed = *counts.trimmed;
+    const HexMesh& kept = counts.fitted ? counts.fitted->fitted.mesh : trimmed.kept;
+    const std::size_t cells = octree.cell_count();
+    return trimmed.kept_cell.size() == kept.cell_count() && are_below(trimmed.kept_cell, cells) &&
+           are_below(trimmed.refine_cells, cells) && are_below(trimmed.bare_cells, cells) &&
+           (!trimmed.bare_spots.empty() || trimmed.report.bare_area == 0) &&
+           std::all_of(trimmed.bare_spots.begin(), trimmed.bare_spots.end(),
+                       [&](const BareSpot& spot) {
+                           return spot.cell < cells && spot.patch < domain.model.patch_count();
                        }) &&
-           std::all_of(attempt.fit.released_curves.begin(), attempt.fit.released_curves.end(),
-                       [&](const auto& released) { return released.curve < model.curve_count(); }) &&
-           are_below(attempt.failed, cells) && (!attempt.stats || fits(*attempt.stats, cells));
+           (!counts.fitted || (fits(counts.fitted->fitted, domain) && fits(counts.fitted->report, domain) &&
+                               are_below(counts.fitted->refine_cells, kept.cell_count())));
 }
 
 Error refusal(std::string reason) {
@@ -236,6 +278,13 @@ Status complete(std::optional<MeshAttempt>& attempt, const Domain& domain, Conte
     if (Status sound = require_structure(mesh, "checkpoint", context.parallel()); !sound) return sound;
     attempt->topology = compute_topology(mesh, context.parallel());
     return Done{};
+}
+
+Status complete(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain, Context& context) {
+    if (!fits(counts, octree, domain)) return refusal("what it knows of its octree does not fit that");
+    if (!counts.trimmed) return Done{};
+    const HexMesh& kept = counts.fitted ? counts.fitted->fitted.mesh : counts.trimmed->kept;
+    return require_structure(kept, "checkpoint", context.parallel());
 }
 
 bool has_what_comes_next(const MeshState& state) {
@@ -284,6 +333,8 @@ Result<MeshState> read_state(ArchiveReader& reader, const Domain& domain, std::v
     if (!reader.is_sound() || !reader.at_end()) return refusal("its bytes are no state of a run");
     if (!has_what_comes_next(state) || state.round < 0 || state.joins < 0)
         return refusal("its state is not one that a run can be in");
+    if (Status done = complete(state.counts, state.refined.octree, domain, context); !done)
+        return done.error();
     for (std::optional<MeshAttempt>* attempt : {&state.current, &state.best})
         if (Status done = complete(*attempt, domain, context); !done) return done.error();
     if (state.settle.backed_off.size() > state.settle.backed_off_count)

@@ -28,7 +28,7 @@ struct MeshState {
     std::size_t first_cells;            ///< of the octree that the first attempt began with
     int round = 0;                      ///< attempts before this one; planar: repairs
     int joins = 0;                      ///< planar: times that cells were refined to join parts
-    AttemptCounts counts;               ///< what it knows of the octree only saves time
+    AttemptCounts counts;               ///< its memory of trims only saves time
     std::vector<AttemptCount> attempts; ///< that have ended
     std::optional<MeshAttempt> current; ///< under way
     std::optional<MeshAttempt> best;    ///< of those that have ended; after settling the settled mesh
