@@ -243,7 +243,8 @@ MeshKey regions_key() {
             "--region",
             "Sizes in regions: 'box X,Y,Z,X,Y,Z', 'sphere X,Y,Z,R', 'cylinder X,Y,Z,X,Y,Z,R', 'patch NAME', "
             "'inside FILE' of a closed surface or 'near FILE' of any, then "
-            "'size=X' or 'level=N', and 'within=X' for a distance round it, model units",
+            "'size=X', 'size=X,Y,Z' along the axes or 'level=N', and 'within=X' for a distance round it, "
+            "model units",
             Kind::texts,
             "TEXT",
             [](const MeshJob& job) {

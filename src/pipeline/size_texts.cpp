@@ -1,5 +1,6 @@
 #include "pipeline/size_texts.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -39,11 +40,19 @@ bool parse_numbers(const std::string& text, std::vector<double>& list) {
     return true;
 }
 
-/// "size=X", "level=N" or, where it is allowed, "within=X".
-std::string parse_setting(const std::string& word, TargetSize& target, double* distance) {
+/// "size=X", "level=N" or, for regions, "size=X,Y,Z" and "within=X".
+std::string parse_setting(const std::string& word, TargetSize& target, RegionTarget* region) {
     const std::size_t equals = word.find('=');
     const std::string name = word.substr(0, equals);
+    double* distance = region ? &region->distance : nullptr;
     double value = 0;
+    std::vector<double> sizes;
+    if (region && name == "size" && equals != std::string::npos &&
+        parse_numbers(word.substr(equals + 1), sizes) && sizes.size() == 3) {
+        if (!(std::min({sizes[0], sizes[1], sizes[2]}) > 0)) return "'" + word + "': sizes must be above 0";
+        region->sizes = {sizes[0], sizes[1], sizes[2]};
+        return {};
+    }
     if (equals == std::string::npos || !parse_number(std::string_view(word).substr(equals + 1), value))
         return "'" + word + "' is not NAME=NUMBER";
     if (name == "size" && value > 0)
@@ -58,10 +67,12 @@ std::string parse_setting(const std::string& word, TargetSize& target, double* d
 }
 
 std::string parse_settings(const std::vector<std::string>& words, std::size_t first, TargetSize& target,
-                           double* distance) {
+                           RegionTarget* region) {
     for (std::size_t i = first; i < words.size(); ++i)
-        if (std::string wrong = parse_setting(words[i], target, distance); !wrong.empty()) return wrong;
-    return target.is_given() ? "" : "size=X or level=N is missing";
+        if (std::string wrong = parse_setting(words[i], target, region); !wrong.empty()) return wrong;
+    const bool has_sizes = region && region->sizes;
+    if (has_sizes && target.is_given()) return "give one size or three";
+    return has_sizes || target.is_given() ? "" : "size=X or level=N is missing";
 }
 
 bool place_shape(const std::vector<double>& x, RegionTarget& region) {
@@ -96,7 +107,7 @@ std::string parse_region(const std::string& text, RegionTarget& region) {
         if (!parse_numbers(words[1], numbers) || !place_shape(numbers, region))
             return "a box has 6 numbers, a sphere 4 and a cylinder 7, with commas and no spaces";
     }
-    return parse_settings(words, 2, region.target, &region.distance);
+    return parse_settings(words, 2, region.target, &region);
 }
 
 std::string parse_curve(const std::string& text, CurveTarget& curve) {
@@ -132,7 +143,9 @@ std::string to_text(const RegionTarget& region) {
     }
     const std::string within =
         region.distance > 0 ? fmt::format(" within={}", region.distance) : std::string();
-    return place + " " + setting_text(region.target) + within;
+    const std::string size =
+        region.sizes ? fmt::format("size={}", fmt::join(*region.sizes, ",")) : setting_text(region.target);
+    return place + " " + size + within;
 }
 
 std::string to_text(const CurveTarget& curve) {

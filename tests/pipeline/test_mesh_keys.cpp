@@ -135,9 +135,10 @@ TEST_CASE("configuration: wrong kinds, ranges and syntax are refused") {
 }
 
 TEST_CASE("configuration: regions and curves that cannot be understood are refused") {
-    for (const char* text : {"cube 0,0,0 size=1", "sphere 0,0,0 size=1", "box 0,0,0,1,1,1",
-                             "sphere 0,0,0,1 size=0", "sphere 0,0,0,1 width=3", "sphere 0,0,x,1 size=1",
-                             "sphere", "inside a.stl", "near within=1 level"}) {
+    for (const char* text :
+         {"cube 0,0,0 size=1", "sphere 0,0,0 size=1", "box 0,0,0,1,1,1", "sphere 0,0,0,1 size=0",
+          "sphere 0,0,0,1 width=3", "sphere 0,0,x,1 size=1", "sphere", "inside a.stl", "near within=1 level",
+          "box 0,0,0,1,1,1 size=1,1", "box 0,0,0,1,1,1 size=1,1,0", "box 0,0,0,1,1,1 size=1,1,1 level=2"}) {
         INFO(text);
         MeshJob job;
         CHECK_FALSE(set_mesh_key(job, "refine.regions", std::vector<std::string>{text}, "--region"));
@@ -151,9 +152,13 @@ TEST_CASE("configuration: regions and curves that cannot be understood are refus
 }
 
 TEST_CASE("configuration: regions are written as they are read") {
-    const std::vector<std::string> texts = {
-        "box 0,0,0,1,2,3 size=0.5", "sphere 0,1,2,3 level=4 within=0.5", "cylinder 0,0,0,0,0,1,2 size=1",
-        "patch * size=2 within=3",  "inside box.stl size=1 within=2",    "near folder/wake.obj level=3"};
+    const std::vector<std::string> texts = {"box 0,0,0,1,2,3 size=0.5",
+                                            "sphere 0,1,2,3 level=4 within=0.5",
+                                            "cylinder 0,0,0,0,0,1,2 size=1",
+                                            "patch * size=2 within=3",
+                                            "inside box.stl size=1 within=2",
+                                            "near folder/wake.obj level=3",
+                                            "box 0,0,0,1,2,3 size=1,1,0.25 within=1"};
     MeshJob job, again;
     REQUIRE(set_mesh_key(job, "refine.regions", texts, "--region"));
     REQUIRE(read_mesh_config_text(dump_mesh_config(job), "dump", again));

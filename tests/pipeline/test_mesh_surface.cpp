@@ -264,6 +264,28 @@ TEST_CASE("regions may be bounded by surfaces of files") {
     }
 }
 
+TEST_CASE("cells may be flat at a wall and inside") {
+    RegionTarget wall, inside;
+    wall.low = Point(-1), wall.high = Point(3, 3, 0.4);
+    wall.sizes = {0.25, 0.25, 0.06};
+    inside.low = Point(0.6), inside.high = Point(1.4);
+    inside.sizes = {0.06, 0.25, 0.25};
+    for (const RegionTarget& region : {wall, inside}) {
+        MeshOptions options;
+        options.refine.surface.size = 0.25;
+        options.refine.regions = {region};
+        const auto outcome = mesh(cube(0, 2), options);
+        INFO((outcome ? "" : outcome.error().one_line()));
+        REQUIRE(outcome);
+        CHECK(outcome->verdict == ErrorCode::ok);
+        CHECK(outcome->after.validity.is_valid());
+        CHECK(outcome->after.total_volume == Approx(8).epsilon(1e-9));
+        CHECK(outcome->fit.captured_corners == 8);
+        CHECK(outcome->after.aspect_ratio.p95 > 3);
+        CHECK(outcome->settle.backed_off_count == 0);
+    }
+}
+
 TEST_CASE("an octree may be the initial mesh, named hanging vertices or not") {
     const test::Scratch scratch;
     Context context(2);

@@ -4,6 +4,7 @@
 
 #include "core/random.hpp"
 #include "domain/closest_point.hpp"
+#include "mesh/hanging.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/validate_structure.hpp"
 #include "surfaces.hpp"
@@ -409,6 +410,46 @@ TEST_CASE("a region may be what is near another surface, closed or not") {
     REQUIRE(refused.error().one_line().find("4 open edges") != std::string::npos);
 }
 
+TEST_CASE("a region may have a size along each axis") {
+    const Domain domain = make_domain(make_box({4, 4, 4}));
+    RefineOptions options = only_sizes(0.5);
+    RegionTarget region;
+    region.low = Point(1.5), region.high = Point(2.5);
+    region.sizes = {0.5, 0.26, 0.07};
+    options.regions = {region};
+    const RefineOutput out = run(domain, options);
+    require_sound(out.octree);
+    REQUIRE(max_hanging_deviation(out.octree.hanging, out.octree.positions) == 0);
+    std::size_t inside = 0, flat = 0;
+    double volume = 0;
+    for (Index c = 0; c < out.octree.cell_count(); ++c) {
+        const Box box = node_box(out.refinement, out.leaf_node[c]);
+        const Point size = box.high - box.low;
+        volume += size.x * size.y * size.z;
+        bool meets = true;
+        for (int d = 0; d < 3; ++d) {
+            meets = meets && box.low[d] < 2.5 && box.high[d] > 1.5;
+            REQUIRE(size[d] <= 0.5 + 1e-9);
+        }
+        if (!meets) continue;
+        ++inside;
+        for (int d = 0; d < 3; ++d) REQUIRE(size[d] <= (*region.sizes)[static_cast<std::size_t>(d)] + 1e-9);
+        flat += size.x > 3 * size.z;
+    }
+    REQUIRE(inside > 50);
+    REQUIRE(flat > inside / 2);
+    Box frame;
+    for (const Point& p : out.octree.positions) frame.add(p);
+    const Point extent = frame.high - frame.low;
+    REQUIRE(volume == Approx(extent.x * extent.y * extent.z).epsilon(1e-12));
+    REQUIRE(out.stats.split[static_cast<std::size_t>(RefineCriterion::region)] > 50);
+
+    options.max_cells = out.octree.cell_count() * 9 / 10; // kept to, and said
+    const RefineOutput less = run(domain, options);
+    REQUIRE(less.octree.cell_count() <= options.max_cells);
+    REQUIRE(less.stats.budget_hit());
+}
+
 TEST_CASE("without a size the number of cells inside is about the wanted one") {
     const Domain domain = make_domain(make_sphere(1, 60));
     RefineOptions options;
@@ -631,6 +672,13 @@ TEST_CASE("options out of range are refused") {
     refused_region([](RegionTarget& r) { r.shape = RegionShape::cylinder, r.radius = 1; });
     refused_region([](RegionTarget& r) { r.shape = RegionShape::patch, r.patch = "none"; });
     refused_region([](RegionTarget& r) { r.shape = RegionShape::near; });
+    refused_region([](RegionTarget& r) { r.sizes = {1, 1, 1}; }); // beside one size
+    refused_region([](RegionTarget& r) { r.target = {}, r.sizes = {1, 1, 0}; });
+    refused([](RefineOptions& o) {
+        o.regions.resize(1);
+        o.regions[0].sizes = {0.1, 0.1, 0.01};
+        o.planar = true;
+    });
     refused([](RefineOptions& o) {
         o.initial.mesh = HexMesh{};
         o.initial.base_size = 1;

@@ -1,8 +1,11 @@
 // Trimming of octrees round simple shapes: what is kept, the surface that is left, determinism.
+#include "core/random.hpp"
 #include "domain/orient_surface.hpp"
 #include "domain/surface_queries.hpp"
 #include "mesh/hanging.hpp"
+#include "mesh/refine_cells.hpp"
 #include "mesh/validate_structure.hpp"
+#include "stages/refine/initial_mesh.hpp"
 #include "stages/trim/trim.hpp"
 #include "support/shapes.hpp"
 #include "trim/surface_octree.hpp"
@@ -134,6 +137,38 @@ TEST_CASE("trimmed shapes in any direction have a closed manifold surface of the
                     CHECK(euler_of(trimmed.out.kept) == shape.euler);
                     if (levels > 0) CHECK_FALSE(trimmed.out.kept.hanging.empty());
                 }
+}
+
+TEST_CASE("octrees cut along single axes are trimmed, their hanging vertices where they were") {
+    const Domain domain = domain_of(make_sphere_surface(Point(0), 1, 24));
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        INFO("seed " << seed);
+        Random random(seed);
+        auto made =
+            CellRefinement::create(make_box_mesh({Point(-1.31), Point(1.29)}, {5, 5, 5}), Parallel(1));
+        REQUIRE(made);
+        for (int round = 0; round < 4; ++round) {
+            const std::vector<Index> leaves = made->leaves();
+            std::vector<RefineRequest> requests;
+            for (int i = 0; i < 15; ++i)
+                requests.push_back({leaves[random.below(leaves.size())],
+                                    static_cast<AxisMask>(1 + random.below(round == 3 ? 1 : 7))});
+            if (round == 3) // whole cells last, as repairs do it
+                for (RefineRequest& request : requests) request.mask = kAllAxes;
+            made->refine(requests);
+        }
+        Trimmed trimmed;
+        trimmed.octree = made->leaf_mesh(Parallel(1)).mesh;
+        TrimOptions options;
+        options.partial = PartialFaces::remove;
+        Context context(1);
+        auto out = trim(trimmed.octree, domain, options, context);
+        INFO((out ? "" : out.error().one_line()));
+        REQUIRE(out);
+        trimmed.out = std::move(*out);
+        REQUIRE_FALSE(trimmed.out.kept.hanging.empty());
+        check_sound(trimmed);
+    }
 }
 
 TEST_CASE("cells are kept by the depth of their centres, or whole") {

@@ -23,6 +23,33 @@ Status Adaptation::run() {
     return Done{};
 }
 
+Status Adaptation::split_along_axes() {
+    if (!regions_.has_axes()) return Done{};
+    for (;;) {
+        if (context_.is_cancelled()) return make_error(ErrorCode::cancelled, "refine", "", "cancelled");
+        const std::vector<Index> leaves = out_.refinement.leaves();
+        std::vector<AxisMask> axes(leaves.size());
+        context_.parallel().for_each(leaves.size(), 1024, [&](std::size_t i) {
+            axes[i] = regions_.axes_to_split(out_.refinement, leaves[i]);
+        });
+        std::vector<RefineRequest> requests;
+        for (std::size_t i = 0; i < leaves.size(); ++i)
+            if (axes[i] != 0) requests.push_back({leaves[i], axes[i]});
+        if (requests.empty()) return Done{};
+        CellRefinement before = out_.refinement;
+        const RefineCount count = out_.refinement.refine(requests, 1, options_.max_cells);
+        constexpr auto kRegion = static_cast<std::size_t>(RefineCriterion::region);
+        if (count.over_budget || out_.refinement.leaf_count() > options_.max_cells) {
+            out_.refinement = std::move(before);
+            out_.stats.over_budget[kRegion] += requests.size();
+            return Done{};
+        }
+        if (count.requested == 0) return Done{}; // no halvings left
+        out_.stats.split[kRegion] += count.requested;
+        out_.stats.balance += count.balance;
+    }
+}
+
 void Adaptation::place_roots(int last) {
     const int smallest = out_.refinement.max_root_level();
     cells_.resize(static_cast<std::size_t>(std::max(last, smallest + 1)) + 1);

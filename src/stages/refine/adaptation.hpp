@@ -14,6 +14,8 @@ class Adaptation {
 
     /// Errors: cancelled.
     Status run();
+    /// After run(): splits along single axes where regions ask for that. Errors: cancelled.
+    Status split_along_axes();
 
     /// Leaves that meet the surface.
     std::vector<Index> cut_leaves() const;

@@ -151,6 +151,10 @@ class SizeTrials::Run {
         if (Status ok = criteria_.set_size(options_, size); !ok) return ok.error();
         Result<Regions> regions = Regions::create(domain_, options_);
         if (!regions) return regions.error();
+        if (regions->has_axes() && options_.planar)
+            return usage("region", "three sizes are for meshes in space");
+        if (regions->has_axes() && made->max_root_level() > 0)
+            return usage("region", "three sizes need an initial mesh without hanging vertices");
         Trial trial{{std::move(made).value(),
                      {},
                      {},
@@ -166,6 +170,7 @@ class SizeTrials::Run {
         out.stats.surface_size = size.level >= 0 ? std::ldexp(out.stats.base_size, -size.level) : size.size;
         Adaptation adaptation(surface_, criteria_, *regions, options_, out, context_);
         if (Status ok = adaptation.run(); !ok) return ok.error();
+        if (Status ok = adaptation.split_along_axes(); !ok) return ok.error();
         if (options_.surface.is_given()) return trial;
         trial.inside = static_cast<double>(out.refinement.leaf_count()) *
                        inside_fraction(domain_, out.refinement, context_);

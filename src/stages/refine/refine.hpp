@@ -57,6 +57,10 @@ struct RegionTarget {
     std::shared_ptr<const RegionSurface> surface; ///< inside, near
     double distance = 0; ///< how far outside of the shape the size still holds, model units
     TargetSize target;
+    /// Instead of `target`: longest edges along the three axes of the initial mesh's cells (a box: x, y, z).
+    /// Cells are split along single axes where these differ. In space only, and not from an initial mesh
+    /// with hanging vertices.
+    std::optional<std::array<double, 3>> sizes;
 };
 
 /// The mesh that refinement starts from (thesis 3.3). Nothing given: a box round the surface whose cells are

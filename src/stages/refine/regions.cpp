@@ -29,7 +29,11 @@ bool is_finite(const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y)
 
 /// What is wrong with a region; empty if nothing is.
 const char* find_fault(const RegionTarget& region) {
-    if (!region.target.is_given()) return "has no target size";
+    if (region.sizes && region.target.is_given()) return "has one size and three: give either";
+    if (!region.sizes && !region.target.is_given()) return "has no target size";
+    if (region.sizes)
+        for (double size : *region.sizes)
+            if (!(size > 0) || !std::isfinite(size)) return "sizes must be positive and finite";
     if (!(region.distance >= 0) || !std::isfinite(region.distance))
         return "distance must be finite, not negative";
     if (!is_finite(region.low) || !is_finite(region.high) || !std::isfinite(region.radius))
@@ -71,7 +75,11 @@ Result<Regions> Regions::create(const Domain& domain, const RefineOptions& optio
                 target.file.empty() ? where : where + " (" + target.file + ")",
                 "the surface has " + std::to_string(target.surface->open_edges()) +
                     " open edges and encloses nothing; close it, or give 'near' with a distance");
-        Region region{target, goal_of(target.target), {}};
+        // Down to the largest of three sizes cells stay alike; what is left is axes_to_split()'s.
+        const Goal goal = target.sizes
+                              ? Goal{*std::max_element(target.sizes->begin(), target.sizes->end()), -1}
+                              : goal_of(target.target);
+        Region region{target, goal, {}};
         if (target.shape == RegionShape::patch && !target.patch.empty()) {
             region.patches = patches_of_name(domain, target.patch);
             if (region.patches.empty())
@@ -110,6 +118,27 @@ bool Regions::may_meet(const Region& region, const Point& at, double half) const
     if (target.shape == RegionShape::inside)
         return target.surface->is_inside(at) || target.surface->is_near(at, reach);
     return distance(region, at, 2 * reach) <= reach;
+}
+
+bool Regions::has_axes() const {
+    return std::any_of(regions_.begin(), regions_.end(),
+                       [](const Region& region) { return region.target.sizes.has_value(); });
+}
+
+AxisMask Regions::axes_to_split(const CellRefinement& refinement, Index node) const {
+    const Box box = node_box(refinement, node);
+    const double half = glm::distance(box.low, box.high) / 2;
+    AxisMask axes = 0;
+    for (const Region& region : regions_) {
+        if (!region.target.sizes) continue;
+        AxisMask larger = 0;
+        for (int d = 0; d < 3; ++d) {
+            const auto axis = static_cast<AxisMask>(1 << d);
+            if (node_size(refinement, node, axis) > (*region.target.sizes)[d] * (1 + 1e-6)) larger |= axis;
+        }
+        if ((larger & ~axes) != 0 && may_meet(region, box.centre(), half)) axes |= larger;
+    }
+    return axes;
 }
 
 bool Regions::wants_split(const CellRefinement& refinement, Index node, AxisMask mask) const {

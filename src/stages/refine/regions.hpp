@@ -15,6 +15,11 @@ class Regions {
     /// ball round its bounding box.
     bool wants_split(const CellRefinement& refinement, Index node, AxisMask mask) const;
 
+    /// Whether some region has sizes of its own along each axis.
+    bool has_axes() const;
+    /// Axes along which a cell is larger than such regions allow.
+    AxisMask axes_to_split(const CellRefinement& refinement, Index node) const;
+
   private:
     struct Region {
         RegionTarget target;

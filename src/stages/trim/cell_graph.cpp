@@ -3,6 +3,7 @@
 #include "mesh/face_groups.hpp"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 #include <numeric>
 
 namespace hexopt::trimming {
@@ -66,6 +67,7 @@ class MiddleSearch {
         std::erase_if(rim, [&](const Directed& e) {
             return std::binary_search(all.begin(), all.end(), Directed{e[1], e[0]});
         });
+        cancel_halved(rim);
         std::vector<Index> on_rim;
         for (const Directed& e : rim) on_rim.push_back(e[0]);
         for (int k = 0; k < 4; ++k) walk(rim, quad[k], quad[(k + 1) % 4]);
@@ -73,6 +75,34 @@ class MiddleSearch {
         inside.erase(std::unique(inside.begin(), inside.end()), inside.end());
         for (Index v : inside)
             if (!std::binary_search(on_rim.begin(), on_rim.end(), v)) graph_.face_middles.push_back({v, row});
+    }
+
+    /// Where parts are cut along different axes one's whole edge may lie between two others' halves.
+    void cancel_halved(std::vector<Directed>& rim) {
+        const auto next_of = [&](Index v) {
+            return std::lower_bound(rim.begin(), rim.end(), Directed{v, 0});
+        };
+        std::vector<Directed> gone;
+        for (const auto& [a, b] : rim)
+            for (auto half = next_of(b); half != rim.end() && (*half)[0] == b; ++half) {
+                const Index middle = (*half)[1];
+                if (!std::binary_search(rim.begin(), rim.end(), Directed{middle, a})) continue;
+                // Of the three edges of the circle the whole one ends where the halves begin.
+                if (std::any_of(gone.begin(), gone.end(), [&](const Directed& e) {
+                        return e == Directed{a, b};
+                    }))
+                    continue;
+                if (!is_between(a, b, middle)) continue;
+                gone.insert(gone.end(), {{a, b}, {b, middle}, {middle, a}});
+                graph_.edge_middles.push_back({std::min(a, b), std::max(a, b), 1, 1, middle});
+            }
+        std::erase_if(
+            rim, [&](const Directed& e) { return std::find(gone.begin(), gone.end(), e) != gone.end(); });
+    }
+
+    bool is_between(Index a, Index b, Index middle) const {
+        const auto& x = mesh_.positions;
+        return glm::distance(0.5 * (x[a] + x[b]), x[middle]) < 0.1 * glm::distance(x[a], x[b]);
     }
 
     /// Follows the rim of the parts, which they list the other way round, from a corner to the next.
