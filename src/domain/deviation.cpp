@@ -17,8 +17,10 @@ constexpr std::size_t kBatch = 1 << 15; ///< pieces refined together, which boun
 
 /// Part of a segment (N = 2) or triangle (N = 3) whose distance is to be bounded: convex, with two ends or at
 /// most kMostCorners corners in order.
-constexpr std::size_t kMostCorners = 8;
-constexpr std::size_t kMostToCut = 5; ///< corners of a piece that may be cut three times, one more each time
+constexpr std::size_t kMostCorners = 16;
+/// Corners of a piece that may be cut three times: one more each time, but slivers that rounding has made
+/// concave may be crossed at every side, from 5 to 7 to 10 to 15 corners.
+constexpr std::size_t kMostToCut = 5;
 template <std::size_t N>
 struct Piece {
     static constexpr std::size_t kCapacity = N == 2 ? 2 : kMostCorners;
