@@ -23,7 +23,7 @@ constexpr std::size_t kMostGrowth = 3;
 constexpr std::ptrdiff_t kMostInVain = 2;
 /// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
 /// refined; it is good where nothing has to go farther than kNear_rel of the diagonal.
-constexpr double kFewFailed = 20, kFewFailedShare = 1e-3, kNear_rel = 3e-4;
+constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4;
 
 /// From patches of the domain to the input's names; quads without one take that of the nearest patch.
 void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
@@ -282,7 +282,7 @@ Status settle(MeshState& state, Domain& domain, const MeshOptions& options, cons
         return settle_mesh(best.fitted.mesh, best.topology, domain.model, best.fitted.unfitted, settling,
                            *best.stats, state.settle, context);
     });
-    if (done && options.weak_features) done = follow(state, domain.model, options, clock, context);
+    if (done && options.refine.chord_error_rel > 0) done = follow(state, domain.model, options, clock, context);
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     state.phase = MeshPhase::settled;
     if (done)

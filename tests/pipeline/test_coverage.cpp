@@ -38,13 +38,13 @@ TrimOutput trim_all(const Domain& domain, const RefineOptions& options) {
 
 } // namespace
 
-TEST_CASE("a wall thinner than a cell is refined until cells follow it, and nothing else is") {
-    const Domain domain = test::make_domain(block_and_plate(0.6));
+TEST_CASE("a wall of half a cell is refined until cells follow it, and nothing else is") {
+    const Domain domain = test::make_domain(block_and_plate(0.5));
     const TrimOutput coarse = trim_all(domain, cells_of(1, 0));
     CHECK(coarse.report.bare_area > 0.3 * coarse.report.surface_area);
     const TrimOutput fine = trim_all(domain, cells_of(1, 2));
     CHECK(fine.report.bare_area == 0);
-    CHECK(fine.report.kept_volume == Approx(6 * 6 * 6 + 144 * 0.6).epsilon(0.3));
+    CHECK(fine.report.kept_volume == Approx(6 * 6 * 6 + 144 * 0.5).epsilon(0.3));
     CHECK(fine.refine_cells.empty());
     CHECK(fine.report.closed_manifold());
     CHECK(check_coverage(fine));

@@ -224,7 +224,7 @@ TEST_CASE("creases inside a patch are refined until chords across them stay near
     options.surface_rings = 0;
     options.chord_error_rel = 0;
     REQUIRE(size_at(run(domain, options), {2, 2, 1.4}) > 0.3);
-    options.chord_error_rel = 0.01 / domain.model.diagonal(); // half of 22.6 degrees times size over 4
+    options.chord_error_rel = 0.02 / domain.model.diagonal(); // 22.6 degrees times size over 4
     const RefineOutput out = run(domain, options);
     require_sound(out.octree);
     REQUIRE(size_at(out, {2, 2, 1.4}) <= 0.21);

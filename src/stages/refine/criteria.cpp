@@ -15,9 +15,6 @@ namespace {
 
 /// Triangles of a cell from which gaps are looked for; where there are more, evenly many are left out.
 constexpr std::size_t kProbes = 8;
-/// Chord error that is borne at creases, in those borne on smooth surfaces: vertices move onto creases in the
-/// end (pipeline/follow_creases), and finer cells along a line cost fronts between levels.
-constexpr double kCreaseChord = 2;
 /// Cells whose size is a level are taken to be no larger than this part of the diagonal where creases are
 /// sought.
 constexpr double kLargestSize_rel = 0.1;
@@ -250,7 +247,7 @@ void SurfaceCriteria::find_creases_in_patches() {
     double largest = 0;
     for (const Goal& goal : goal_) largest = std::max(largest, goal.level >= 0 ? kInfinity : goal.size);
     largest = std::min(largest, kLargestSize_rel * model.diagonal());
-    creases_ = find_patch_creases(model, 4 * kCreaseChord * chord_error_ / largest, 0.5 * largest);
+    creases_ = find_patch_creases(model, 4 * chord_error_ / largest, 0.5 * largest);
 }
 
 bool SurfaceCriteria::crosses_crease(const CutCell& cell) const {
@@ -260,7 +257,7 @@ bool SurfaceCriteria::crosses_crease(const CutCell& cell) const {
         const auto creases = creases_.of_triangle[triangle];
         return std::any_of(creases.begin(), creases.end(), [&](Index c) {
             const auto& [a, b] = creases_.ends[c];
-            return chord_distance(creases_.crease[c], cell.size) > kCreaseChord * chord_error_ &&
+            return chord_distance(creases_.crease[c], cell.size) > chord_error_ &&
                    triangle_meets_box({a, b, b}, cell.box);
         });
     });

@@ -14,10 +14,9 @@ namespace {
 constexpr double kBaseCells = 6;
 /// Fine cells between the surface and the end of the box.
 constexpr double kMargin = 2;
-/// How far inside its cell, in fine cells, the surface's extreme plane lies: the cells that it cuts are kept
-/// by trimming on this and the next two levels (0.18, 0.36 of a cell), so that no step runs along a front
-/// between levels.
-constexpr double kInset = 0.09;
+/// How far inside its cell, in fine cells, the surface's extreme plane lies: cells that it cuts keep more
+/// than half of their size and move little, on the next two levels too (0.32, 0.36 of a cell).
+constexpr double kInset = 0.16;
 /// Along axes with at least so many fine cells these are shrunk a little, so that both ends lie as kInset
 /// says.
 constexpr double kShrinkFrom = 12;
