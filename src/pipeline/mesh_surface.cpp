@@ -22,8 +22,9 @@ constexpr std::size_t kMostGrowth = 3;
 /// Attempts after the best one that may be no better than it.
 constexpr std::ptrdiff_t kMostInVain = 2;
 /// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
-/// refined; it is good where nothing has to go farther than kNear_rel of the diagonal.
-constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4;
+/// refined; it is good where nothing has to go farther than kNear_rel of the diagonal and no cell ends below
+/// a scaled Jacobian of kGoodSj.
+constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4, kGoodSj = 0.2;
 
 /// From patches of the domain to the input's names; quads without one take that of the nearest patch.
 void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
@@ -205,7 +206,13 @@ class Attempts {
         back.time_limit_s = left_s;
         const RetreatReport report = clock_.run(
             "try_settle", [&] { return retreat(trial, attempt.topology, domain_.model, back, context_); });
-        return report.bad_after + report.touching_after == 0;
+        if (report.bad_after + report.touching_after > 0) return false;
+        OptimizeOptions raising = options_.optimize;
+        raising.time_limit_s = left_s;
+        const Result<OptimizeStats> raised = clock_.run("try_settle", [&] {
+            return raise_settled(trial, attempt.topology, domain_.model, raising, context_);
+        });
+        return raised && raised->min_sj_after >= kGoodSj;
     }
 
     /// False: there is no next attempt.
@@ -282,7 +289,8 @@ Status settle(MeshState& state, Domain& domain, const MeshOptions& options, cons
         return settle_mesh(best.fitted.mesh, best.topology, domain.model, best.fitted.unfitted, settling,
                            *best.stats, state.settle, context);
     });
-    if (done && options.refine.chord_error_rel > 0) done = follow(state, domain.model, options, clock, context);
+    if (done && options.refine.chord_error_rel > 0)
+        done = follow(state, domain.model, options, clock, context);
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     state.phase = MeshPhase::settled;
     if (done)
