@@ -264,10 +264,20 @@ Status follow(MeshState& state, const BoundaryModel& model, const MeshOptions& o
     MeshAttempt& best = *state.best;
     FollowOptions following;
     following.min_sj = std::min(following.min_sj, options.optimize.min_sj);
-    const auto report = clock.run("creases", [&] {
-        return follow_creases(best.fitted.mesh, best.topology, model, following, context);
-    });
+    HexMesh& mesh = best.fitted.mesh;
+    const std::vector<Point> before = mesh.positions;
+    const auto count_contacts = [&] {
+        return find_boundary_contacts(mesh, best.topology, context.parallel()).size();
+    };
+    const std::size_t contacts_before = count_contacts();
+    const auto report =
+        clock.run("creases", [&] { return follow_creases(mesh, best.topology, model, following, context); });
     if (!report) return report.error();
+    if (count_contacts() > contacts_before) {
+        mesh.positions = before;
+        context.log(LogLevel::debug, "creases are not followed: the boundary would touch itself");
+        return Done{};
+    }
     context.log(LogLevel::debug,
                 fmt::format("{} vertices moved onto creases and bends: quads farther off than {:.1g} of the "
                             "diagonal {} -> {}, the farthest {:.3g} -> {:.3g}",
