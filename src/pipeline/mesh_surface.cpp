@@ -21,6 +21,8 @@ namespace {
 constexpr std::size_t kMostGrowth = 3;
 /// Attempts after the best one that may be no better than it.
 constexpr std::ptrdiff_t kMostInVain = 2;
+/// Of the optimizer's time limit after which no attempt begins: what is left is for settling.
+constexpr double kRepairTimeShare = 0.5;
 /// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
 /// refined; it is good where nothing has to go farther than kNear_rel of the diagonal and no cell ends below
 /// a scaled Jacobian of kGoodSj.
@@ -178,7 +180,10 @@ class Attempts {
             return Done{};
         }
         state_.phase = MeshPhase::refined;
-        if (is_in_vain() || (is_best && settles_near(*state_.best)) || !refine_for_next(near)) end();
+        const bool goes_on = !state_.best->failed.empty() && !near.empty() &&
+                             state_.round < options_.repairs && !is_in_vain() &&
+                             !(is_best && settles_near(*state_.best)) && refine_for_next(near);
+        if (!goes_on) end();
         return Done{};
     }
 
@@ -190,35 +195,45 @@ class Attempts {
         return state_.attempts.end() - best > kMostInVain;
     }
 
-    /// Whether no cell fails, or a few that only need the surface to be left by next to nothing.
-    bool settles_near(const MeshAttempt& attempt) const {
+    /// Whether cells fail that are few and only need the surface to be left by next to nothing.
+    bool settles_near(const MeshAttempt& attempt) {
         const std::size_t failed = attempt.failed.size(), cells = attempt.fitted.mesh.cell_count();
-        if (failed == 0) return true;
-        if (static_cast<double>(failed) > kFewFailed + kFewFailedShare * static_cast<double>(cells))
-            return false;
         const double near = std::min(kNear_rel, options_.optimize.max_deviation_rel);
-        const double left_s = state_.counts.optimize_s_left(options_);
-        if (!(near > 0 && left_s > 0)) return false;
+        if (static_cast<double>(failed) > kFewFailed + kFewFailedShare * static_cast<double>(cells) ||
+            !(near > 0))
+            return false;
         HexMesh trial = attempt.fitted.mesh;
         RetreatOptions back;
         back.unfitted = attempt.fitted.unfitted;
         back.max_deviation = near * domain_.model.diagonal();
-        back.time_limit_s = left_s;
-        const RetreatReport report = clock_.run(
-            "try_settle", [&] { return retreat(trial, attempt.topology, domain_.model, back, context_); });
-        if (report.bad_after + report.touching_after > 0) return false;
-        OptimizeOptions raising = options_.optimize;
-        raising.time_limit_s = left_s;
-        const Result<OptimizeStats> raised = clock_.run("try_settle", [&] {
-            return raise_settled(trial, attempt.topology, domain_.model, raising, context_);
-        });
-        return raised && raised->min_sj_after >= kGoodSj;
+        return try_to_settle([&](double time_limit_s) {
+                   back.time_limit_s = time_limit_s;
+                   const RetreatReport report =
+                       retreat(trial, attempt.topology, domain_.model, back, context_);
+                   return report.bad_after + report.touching_after == 0;
+               }) &&
+               try_to_settle([&](double time_limit_s) {
+                   OptimizeOptions raising = options_.optimize;
+                   raising.time_limit_s = time_limit_s;
+                   const auto raised =
+                       raise_settled(trial, attempt.topology, domain_.model, raising, context_);
+                   return raised && raised->min_sj_after >= kGoodSj;
+               });
+    }
+
+    /// Runs a step that the optimizer's time limit bounds, if any of that is left.
+    template <class Step>
+    bool try_to_settle(const Step& step) {
+        const double left_s = state_.counts.optimize_s_left(options_);
+        if (!(left_s > 0)) return false;
+        const bool good = clock_.run("try_settle", [&] { return step(left_s); });
+        state_.counts.optimize_s += clock_.times().back().seconds;
+        return good;
     }
 
     /// False: there is no next attempt.
     bool refine_for_next(const std::vector<Index>& near) {
-        if (near.empty() || state_.round == options_.repairs) return false;
-        if (!(state_.counts.optimize_s_left(options_) > 0)) return false;
+        if (!(state_.counts.optimize_s < kRepairTimeShare * options_.optimize.time_limit_s)) return false;
         const RefineCount count = refine_cells(state_.refined, near, context_);
         state_.attempts.back().refined = count.requested;
         ++state_.round;

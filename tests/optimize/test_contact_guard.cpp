@@ -4,6 +4,8 @@
 #include "mesh/topology.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
 
 using namespace hexopt;
 
@@ -105,6 +107,31 @@ TEST_CASE("a finished boundary is searched for contacts: narrow gaps are none, c
     LetterC crossed;
     crossed.mesh.positions[LetterC::id(3, 2, 0)].y -= 1.4;
     CHECK(count(crossed) >= 2);
+}
+
+TEST_CASE("two sides of a slit are in contact from their common edge on") {
+    // Five cells round an edge of the axis, all but `gap` of the full turn.
+    const auto count = [](double gap) {
+        HexMesh mesh;
+        const int sectors = 5;
+        const double step = (2 * std::numbers::pi - gap) / (2 * sectors);
+        for (int k = 0; k < 2; ++k) {
+            mesh.positions.emplace_back(0, 0, k);
+            for (int i = 0; i <= 2 * sectors; ++i) {
+                const double radius = i % 2 == 0 ? 1 : 1.2;
+                mesh.positions.emplace_back(radius * std::cos(i * step), radius * std::sin(i * step), k);
+            }
+        }
+        const Index layer = 2 * sectors + 2;
+        for (Index i = 0; i < sectors; ++i) {
+            const Index a = 1 + 2 * i;
+            mesh.cells.push_back({0, a, a + 1, a + 2, layer, layer + a, layer + a + 1, layer + a + 2});
+        }
+        return find_boundary_contacts(mesh, compute_topology(mesh), Parallel(1)).size();
+    };
+    CHECK(count(0.5) == 0);
+    CHECK(count(0.02) == 0);
+    CHECK(count(0.002) == 2); // a quarter into the quads 0.0005 wide
 }
 
 TEST_CASE("a quad and the smaller ones along its edge are neighbours, not in contact") {

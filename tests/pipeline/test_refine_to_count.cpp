@@ -34,6 +34,21 @@ void check_count(const char* name, double wanted) {
     CHECK(ratio > 1 / 1.6);
 }
 
+/// A cylinder and its octree for 4,000 cells.
+struct Cylinder {
+    Context context{1};
+    Domain domain = test::make_domain(make_geometry("cylinder", {24, ""}, context).value());
+    MeshOptions options = [] {
+        MeshOptions cells;
+        cells.refine.target_cells = 4000;
+        return cells;
+    }();
+    Result<CountedOctree> counted = [&] {
+        StageClock clock;
+        return refine_to_count(domain, options, clock, context, nullptr);
+    }();
+};
+
 } // namespace
 
 TEST_CASE("the finished mesh has about as many cells as wanted") {
@@ -46,22 +61,15 @@ TEST_CASE("samples of every kind get about as many cells as wanted", "[slow]") {
 }
 
 TEST_CASE("room for repairs is left, but not for many times the cells") {
-    Context context(1);
-    const auto soup = make_geometry("cylinder", {24, ""}, context);
-    REQUIRE(soup);
-    const Domain domain = test::make_domain(*soup);
-    MeshOptions options;
-    options.refine.target_cells = 4000;
-    StageClock clock;
-    auto counted = refine_to_count(domain, options, clock, context, nullptr);
-    REQUIRE(counted);
-    RefineOutput* refined = &counted->refined;
+    Cylinder cylinder;
+    REQUIRE(cylinder.counted);
+    RefineOutput* refined = &cylinder.counted->refined;
     const std::size_t before = refined->octree.cell_count();
     CHECK(refined->max_cells > before);
     CHECK(refined->max_cells < before + 4000);
     std::vector<Index> all(before);
     for (Index c = 0; c < before; ++c) all[c] = c;
-    const RefineCount count = refine_cells(*refined, all, context);
+    const RefineCount count = refine_cells(*refined, all, cylinder.context);
     CHECK(count.over_budget);
     CHECK(refined->stats.repairs_over_budget > before / 2);
     CHECK(refined->octree.cell_count() <= refined->max_cells);
@@ -106,14 +114,8 @@ TEST_CASE("sizes can be tried one after another, each as if it were alone") {
 }
 
 TEST_CASE("the octree that was counted is not trimmed and fitted again") {
-    Context context(1);
-    const auto soup = make_geometry("cylinder", {24, ""}, context);
-    REQUIRE(soup);
-    const Domain domain = test::make_domain(*soup);
-    MeshOptions options;
-    options.refine.target_cells = 4000;
-    StageClock clock;
-    auto counted = refine_to_count(domain, options, clock, context, nullptr);
+    Cylinder cylinder;
+    auto& [context, domain, options, counted] = cylinder;
     REQUIRE((counted && counted->trimmed && counted->fitted));
     TrimRounds rounds;
     auto trimmed = trim_in_rounds(counted->refined, domain, options.trim, rounds, context, nullptr);

@@ -13,7 +13,8 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kFacing = 0.3; ///< cosine between normals below which quads face one another
+constexpr double kFacing = 0.3;  ///< cosine between normals below which quads face one another
+constexpr double kFolded = -0.9; ///< the same of quads at one edge that may be folded over
 /// Ends of an edge nearer to a quad's plane, of its edge, are on it: hanging vertices on the edge of a larger
 /// quad are, but for rounding.
 constexpr double kOnPlane_rel = 1e-6;
@@ -188,9 +189,11 @@ void ContactGuard::append_facing(std::span<const Point> positions, const QuadTre
     tree.visit_near(at.centre, at.radius + contact_.clearance_rel * at.edge, [&](Index r) {
         if (r == quad) return;
         const Patch other(positions, quads_[r]);
-        if (glm::dot(at.normal, other.normal) >= kFacing) return;
+        const double facing = glm::dot(at.normal, other.normal);
+        if (facing >= kFacing) return;
         const int shared = shared_vertices(quad, r);
-        if (shared > 1) return;
+        // At a common edge the angle alone does not tell: warped quads may cross away from its ends.
+        if (shared > 2 || (shared == 2 && facing > kFolded)) return;
         if (touches(quads_[quad], at, quads_[r], other, shared == 0, contact_.clearance_rel) ||
             touches(quads_[r], other, quads_[quad], at, shared == 0, contact_.clearance_rel))
             found.push_back({std::min(quad, r), std::max(quad, r)});
@@ -231,7 +234,7 @@ void ContactGuard::append_folded(std::span<const Point> positions, Index quad,
         int count = 0;
         for (Index r : vertex_quad_[a])
             if (r != quad && contains(quads_[r], b)) neighbour = r, ++count;
-        if (count != 1 || glm::dot(normal, Patch(positions, quads_[neighbour]).normal) > -0.9) continue;
+        if (count != 1 || glm::dot(normal, Patch(positions, quads_[neighbour]).normal) > kFolded) continue;
         const double most = 2 * std::numbers::pi - contact_.folded_rad;
         if (inner_angle(positions, a, b) > most || inner_angle(positions, b, a) > most)
             found.push_back({std::min(quad, neighbour), std::max(quad, neighbour)});
