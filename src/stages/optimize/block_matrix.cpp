@@ -52,20 +52,48 @@ BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
     column_ = std::move(pattern.item);
     value_.resize(9 * column_.size() + 1);
 
-    slot_.assign(36 * problem.cell_count(), kNoSlot);
+    find_slots();
+}
+
+/// Calls visit(i, j, a, b) for what corners i <= j of a cell give to dofs a and b.
+template <class Visit>
+void BlockMatrix::visit_shares(std::size_t cell, const Visit& visit) const {
+    std::span<const DofShare> shares[8];
+    for (int k = 0; k < 8; ++k) shares[k] = problem_->shares(problem_->cell(cell)[k]);
+    for (int i = 0; i < 8; ++i)
+        for (int j = i; j < 8; ++j)
+            for (DofShare a : shares[i])
+                for (DofShare b : shares[j])
+                    if (i != j || a.dof <= b.dof) visit(i, j, a, b);
+}
+
+void BlockMatrix::find_slots() {
+    const Problem& problem = *problem_;
+    if (problem.has_hanging()) slot_begin_.reserve(problem.cell_count());
+    slot_.reserve(36 * problem.cell_count());
     for (std::size_t c = 0; c < problem.cell_count(); ++c) {
-        if (problem.cell_has_hanging(c)) continue;
+        if (problem.has_hanging()) slot_begin_.push_back(static_cast<std::uint32_t>(slot_.size()));
+        if (problem.cell_has_hanging(c)) {
+            visit_shares(c,
+                         [&](int, int, DofShare a, DofShare b) { slot_.push_back(find_slot(a.dof, b.dof)); });
+            continue;
+        }
+        const std::size_t begin = slot_.size();
+        slot_.resize(begin + 36, kNoSlot);
         for (int i = 0; i < 8; ++i)
             for (int j = i; j < 8; ++j) {
                 const Index a = problem.vertex_dof(problem.cell(c)[i]),
                             b = problem.vertex_dof(problem.cell(c)[j]);
-                if (a == kNoIndex || b == kNoIndex) continue;
-                const Index row = std::min(a, b);
-                const std::size_t slot = find(row, std::max(a, b)) - offset_[row];
-                slot_[36 * c + hessian_block(i, j)] =
-                    slot < kFarSlot ? static_cast<std::uint8_t>(slot) : kFarSlot;
+                if (a != kNoIndex && b != kNoIndex)
+                    slot_[begin + static_cast<std::size_t>(hessian_block(i, j))] = find_slot(a, b);
             }
     }
+}
+
+std::uint8_t BlockMatrix::find_slot(Index a, Index b) const {
+    const Index row = std::min(a, b);
+    const std::size_t slot = find(row, std::max(a, b)) - offset_[row];
+    return slot < kFarSlot ? static_cast<std::uint8_t>(slot) : kFarSlot;
 }
 
 void BlockMatrix::set_zero() { std::fill(value_.begin(), value_.end(), 0.0f); }
@@ -81,7 +109,7 @@ void BlockMatrix::add_cell(std::size_t cell, const float* block, std::size_t str
     const Cell& vertices = problem_->cell(cell);
     Index dof[8];
     for (int k = 0; k < 8; ++k) dof[k] = problem_->vertex_dof(vertices[k]);
-    const std::uint8_t* slot = &slot_[36 * cell];
+    const std::uint8_t* slot = &slot_[slot_begin_.empty() ? 36 * cell : slot_begin_[cell]];
     for (int i = 0; i < 8; ++i)
         for (int j = i; j < 8; ++j) {
             const int b = hessian_block(i, j);
@@ -98,38 +126,6 @@ void BlockMatrix::add_cell(std::size_t cell, const float* block, std::size_t str
         }
 }
 
-void BlockMatrix::add_block(Index row, Index column, const float* block, std::size_t stride, float factor,
-                            bool transposed) {
-    float* to = &value_[9 * find(row, column)];
-    for (std::size_t k = 0; k < 9; ++k)
-        to[k] += factor * block[(transposed ? 3 * (k % 3) + k / 3 : k) * stride];
-}
-
-/// P^T H P: every corner's part goes to all masters of the corner.
-void BlockMatrix::add_hanging_cell(std::size_t cell, const float* block, std::size_t stride) {
-    const Cell& vertices = problem_->cell(cell);
-    for (int i = 0; i < 8; ++i)
-        for (int j = i; j < 8; ++j) {
-            const float* from = block + 9 * static_cast<std::size_t>(hessian_block(i, j)) * stride;
-            for (DofShare a : problem_->shares(vertices[i]))
-                for (DofShare b : problem_->shares(vertices[j])) {
-                    const float factor = a.weight * b.weight;
-                    if (a.dof <= b.dof) add_block(a.dof, b.dof, from, stride, factor, false);
-                    if (i != j && b.dof <= a.dof) add_block(b.dof, a.dof, from, stride, factor, true);
-                }
-        }
-}
-
-void BlockMatrix::add_scaled_identity(Index row, Index column, float value) {
-    float* to = &value_[9 * find(std::min(row, column), std::max(row, column))];
-    for (int k = 0; k < 9; k += 4) to[k] += value;
-}
-
-void BlockMatrix::add_diagonal(Index row, const glm::dmat3& block) {
-    float* to = &value_[9 * offset_[row]];
-    for (int k = 0; k < 9; ++k) to[k] += static_cast<float>(block[k / 3][k % 3]);
-}
-
 namespace {
 
 using Float4 = BlockMatrix::Float4;
@@ -142,9 +138,50 @@ Float4 load4(const float* from) {
 
 Float4 splat(float value) { return Float4{} + value; }
 
+/// Adds factor times nine numbers.
+void add9(float* to, const float* from, float factor) {
+    for (int k = 0; k < 8; k += 4) {
+        const Float4 sum = load4(to + k) + factor * load4(from + k);
+        __builtin_memcpy(to + k, &sum, sizeof sum);
+    }
+    to[8] += factor * from[8];
+}
+
 float sum3(const Float4& v) { return v[0] + v[1] + v[2]; }
 
 } // namespace
+
+/// P^T H P: every corner's part goes to all masters of the corner.
+void BlockMatrix::add_hanging_cell(std::size_t cell, const float* block, std::size_t stride) {
+    // Each block is used for many pairs of masters: side by side and transposed.
+    constexpr std::size_t kBlocks = 36;
+    float straight[kBlocks][9], transposed[kBlocks][9];
+    for (std::size_t b = 0; b < kBlocks; ++b)
+        for (std::size_t k = 0; k < 9; ++k)
+            straight[b][k] = transposed[b][3 * (k % 3) + k / 3] = block[(9 * b + k) * stride];
+    const std::uint8_t* slot = &slot_[slot_begin_[cell]];
+    visit_shares(cell, [&](int i, int j, DofShare a, DofShare b) {
+        const auto number = static_cast<std::size_t>(hessian_block(i, j));
+        const Index row = std::min(a.dof, b.dof);
+        const std::size_t place =
+            *slot == kFarSlot ? find(row, std::max(a.dof, b.dof)) : offset_[row] + *slot;
+        ++slot;
+        float* to = &value_[9 * place];
+        const float factor = a.weight * b.weight;
+        if (a.dof <= b.dof) add9(to, straight[number], factor);
+        if (i != j && b.dof <= a.dof) add9(to, transposed[number], factor);
+    });
+}
+
+void BlockMatrix::add_scaled_identity(Index row, Index column, float value) {
+    float* to = &value_[9 * find(std::min(row, column), std::max(row, column))];
+    for (int k = 0; k < 9; k += 4) to[k] += value;
+}
+
+void BlockMatrix::add_diagonal(Index row, const glm::dmat3& block) {
+    float* to = &value_[9 * offset_[row]];
+    for (int k = 0; k < 9; ++k) to[k] += static_cast<float>(block[k / 3][k % 3]);
+}
 
 /// Rows of blocks are loaded four numbers at a time; the fourth belongs to the next row and ends up in a lane
 /// that nobody reads.

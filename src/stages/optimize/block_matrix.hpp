@@ -34,15 +34,20 @@ class BlockMatrix {
 
   private:
     std::size_t find(Index row, Index column) const;
-    void add_block(Index row, Index column, const float* block, std::size_t stride, float factor,
-                   bool transposed);
+    std::uint8_t find_slot(Index a, Index b) const;
+    template <class Visit>
+    void visit_shares(std::size_t cell, const Visit& visit) const;
+    void find_slots();
     void add_hanging_cell(std::size_t cell, const float* block, std::size_t stride);
 
     const Problem* problem_;
     std::vector<std::size_t> offset_; ///< per row; the diagonal comes first, columns rise
     std::vector<Index> column_;
-    std::vector<float> value_;       ///< 9 a block, row by row, and one more at the end
-    std::vector<std::uint8_t> slot_; ///< 36 a cell: place of a block within its row, kNoSlot if it has none
+    std::vector<float> value_; ///< 9 a block, row by row, and one more at the end
+    /// Place of a block within its row: 36 a cell, kNoSlot if a block has none; of a cell with hanging
+    /// corners one for each of visit_shares().
+    std::vector<std::uint8_t> slot_;
+    std::vector<std::uint32_t> slot_begin_; ///< per cell; empty: 36 times the cell
     ChunkSchedule row_schedule_;
 };
 

@@ -83,13 +83,6 @@ void Problem::make_shares(const Topology& topology, Numbers& numbers) {
     }
 }
 
-std::span<const DofShare> Problem::shares(Index vertex) const {
-    const Numbers& numbers = *numbers_;
-    if (const Index dof = numbers.vertex_dof[vertex]; dof != kNoIndex) return {&self_share_[dof], 1};
-    if (numbers.hanging_row.empty() || numbers.hanging_row[vertex] == kNoIndex) return {};
-    return numbers.hanging_share[numbers.hanging_row[vertex]];
-}
-
 void Problem::collect_cells(const Topology& topology) {
     std::vector<std::uint8_t> active(mesh_->cell_count(), 0);
     for (Index v : dof_vertex_)

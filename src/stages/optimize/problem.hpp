@@ -63,7 +63,12 @@ class Problem {
     Index vertex_dof(Index vertex) const { return numbers_->vertex_dof[vertex]; }
 
     /// Dofs that a vertex depends on: itself, or the movable masters of a hanging vertex.
-    std::span<const DofShare> shares(Index vertex) const;
+    std::span<const DofShare> shares(Index vertex) const {
+        const Numbers& numbers = *numbers_;
+        if (const Index dof = numbers.vertex_dof[vertex]; dof != kNoIndex) return {&self_share_[dof], 1};
+        if (numbers.hanging_row.empty() || numbers.hanging_row[vertex] == kNoIndex) return {};
+        return numbers.hanging_share[numbers.hanging_row[vertex]];
+    }
 
     bool has_hanging() const { return !hanging_rows_.empty(); }
     bool cell_has_hanging(std::size_t cell) const { return !cell_hanging_.empty() && cell_hanging_[cell]; }
