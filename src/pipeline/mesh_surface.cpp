@@ -7,6 +7,7 @@
 #include "pipeline/refine_to_count.hpp"
 #include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
+#include "pipeline/undo_contacts.hpp"
 #include "stages/optimize/contact_guard.hpp"
 #include "stages/optimize/retreat.hpp"
 
@@ -281,23 +282,16 @@ Status follow(MeshState& state, const BoundaryModel& model, const MeshOptions& o
     following.min_sj = std::min(following.min_sj, options.optimize.min_sj);
     HexMesh& mesh = best.fitted.mesh;
     const std::vector<Point> before = mesh.positions;
-    const auto count_contacts = [&] {
-        return find_boundary_contacts(mesh, best.topology, context.parallel()).size();
-    };
-    const std::size_t contacts_before = count_contacts();
     const auto report =
         clock.run("creases", [&] { return follow_creases(mesh, best.topology, model, following, context); });
     if (!report) return report.error();
-    if (count_contacts() > contacts_before) {
-        mesh.positions = before;
-        context.log(LogLevel::debug, "creases are not followed: the boundary would touch itself");
-        return Done{};
-    }
+    const std::size_t back = undo_contacts(mesh, best.topology, before, following.min_sj, context.parallel());
     context.log(LogLevel::debug,
-                fmt::format("{} vertices moved onto creases and bends: quads farther off than {:.1g} of the "
+                fmt::format("{} vertices moved onto creases and bends, {} of them went back for contacts: "
+                            "quads farther off than {:.1g} of the "
                             "diagonal {} -> {}, the farthest {:.3g} -> {:.3g}",
-                            report->moved, following.distance_rel, report->far_before, report->far_after,
-                            report->largest_before_rel, report->largest_after_rel));
+                            report->moved, back, following.distance_rel, report->far_before,
+                            report->far_after, report->largest_before_rel, report->largest_after_rel));
     return Done{};
 }
 

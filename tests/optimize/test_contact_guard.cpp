@@ -109,29 +109,67 @@ TEST_CASE("a finished boundary is searched for contacts: narrow gaps are none, c
     CHECK(count(crossed) >= 2);
 }
 
+namespace {
+
+/// Contacts of five cells round an edge of the axis, all but `gap` of the full turn; at the upper end of the
+/// edge all but `gap_above`.
+std::size_t count_slit_contacts(double gap, double gap_above) {
+    HexMesh mesh;
+    const int sectors = 5;
+    for (int k = 0; k < 2; ++k) {
+        const double step = (2 * std::numbers::pi - (k == 0 ? gap : gap_above)) / (2 * sectors);
+        mesh.positions.emplace_back(0, 0, k);
+        for (int i = 0; i <= 2 * sectors; ++i) {
+            const double radius = i % 2 == 0 ? 1 : 1.2;
+            mesh.positions.emplace_back(radius * std::cos(i * step), radius * std::sin(i * step), k);
+        }
+    }
+    const Index layer = 2 * sectors + 2;
+    for (Index i = 0; i < sectors; ++i) {
+        const Index a = 1 + 2 * i;
+        mesh.cells.push_back({0, a, a + 1, a + 2, layer, layer + a, layer + a + 1, layer + a + 2});
+    }
+    return find_boundary_contacts(mesh, compute_topology(mesh), Parallel(1)).size();
+}
+
+} // namespace
+
 TEST_CASE("two sides of a slit are in contact from their common edge on") {
-    // Five cells round an edge of the axis, all but `gap` of the full turn.
-    const auto count = [](double gap) {
-        HexMesh mesh;
-        const int sectors = 5;
-        const double step = (2 * std::numbers::pi - gap) / (2 * sectors);
-        for (int k = 0; k < 2; ++k) {
-            mesh.positions.emplace_back(0, 0, k);
-            for (int i = 0; i <= 2 * sectors; ++i) {
-                const double radius = i % 2 == 0 ? 1 : 1.2;
-                mesh.positions.emplace_back(radius * std::cos(i * step), radius * std::sin(i * step), k);
-            }
-        }
-        const Index layer = 2 * sectors + 2;
-        for (Index i = 0; i < sectors; ++i) {
-            const Index a = 1 + 2 * i;
-            mesh.cells.push_back({0, a, a + 1, a + 2, layer, layer + a, layer + a + 1, layer + a + 2});
-        }
-        return find_boundary_contacts(mesh, compute_topology(mesh), Parallel(1)).size();
+    CHECK(count_slit_contacts(0.5, 0.5) == 0);
+    CHECK(count_slit_contacts(0.02, 0.02) == 0);
+    CHECK(count_slit_contacts(0.002, 0.002) == 2); // a quarter into the quads 0.0005 wide
+}
+
+TEST_CASE("warped sides of a slit are in contact where they cross from their common edge on") {
+    CHECK(count_slit_contacts(0.5, 0.1) == 0);
+    const double overlap = GENERATE(0.01, 0.1, 0.5, 1.0);
+    CHECK(count_slit_contacts(0.1, -overlap) >= 2);
+    CHECK(count_slit_contacts(1.0, -overlap) >= 2);
+}
+
+TEST_CASE("two sides of a solid plate that is next to nothing thick lie on one another") {
+    LetterC plate;
+    const auto count = [&](double thickness) {
+        for (Index j = 0; j < 4; ++j)
+            for (Index i = 0; i < 4; ++i) plate.mesh.positions[LetterC::id(i, j, 1)].z = thickness;
+        return find_boundary_contacts(plate.mesh, plate.topology, Parallel(1)).size();
     };
-    CHECK(count(0.5) == 0);
-    CHECK(count(0.02) == 0);
-    CHECK(count(0.002) == 2); // a quarter into the quads 0.0005 wide
+    CHECK(count(0.002) == 0);
+    CHECK(count(0.0005) == 14);
+}
+
+TEST_CASE("what is near at the start may go on so, but not come to touch") {
+    const LetterC c(0.01);
+    CHECK(c.contacts(c.mesh.positions) == 0);
+    std::vector<Point> moved = c.mesh.positions;
+    const auto close_to = [&](double gap) {
+        for (Index k = 0; k < 2; ++k)
+            for (Index i = 2; i < 4; ++i) moved[LetterC::id(i, 2, k)].y = 1 + gap;
+    };
+    close_to(0.004);
+    CHECK(c.contacts(moved) == 0);
+    close_to(0.0005);
+    CHECK(c.contacts(moved) >= 2);
 }
 
 TEST_CASE("a quad and the smaller ones along its edge are neighbours, not in contact") {

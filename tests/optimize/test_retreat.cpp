@@ -143,3 +143,35 @@ TEST_CASE("retreat: the same bytes for any number of threads, and time bounds it
     CHECK(report.attempts == 0);
     CHECK(block.mesh.positions == fitted);
 }
+
+TEST_CASE("retreat: quads that touch though all cells are valid are pushed apart") {
+    // A block with a slit of the width of one cell from one side to its middle, the walls of which are pushed
+    // beyond one another, in the place before fitting too.
+    const int n = 6;
+    Block block(n);
+    HexMesh& mesh = block.mesh;
+    const int row = n / 2;
+    const auto at = [&](int i, int j, int k) { return block.at(i, j, k); };
+    std::erase_if(mesh.cells, [&](const Cell& cell) {
+        const Point& low = mesh.positions[cell[0]];
+        return low.x >= row && low.y == row;
+    });
+    block.topology = compute_topology(mesh);
+    Context building(1);
+    auto model = build_boundary_model(mesh, block.topology, BoundaryOptions{}, building);
+    REQUIRE(model);
+    block.surface = std::move(*model);
+    const double over = GENERATE(0.0, 0.1, 0.3);
+    for (int k = 0; k <= n; ++k)
+        for (int i = row + 1; i <= n; ++i)
+            for (int side = 0; side < 2; ++side)
+                mesh.positions[at(i, row + side, k)].y += (side == 0 ? 1 : -1) * (0.5 + 0.5 * over);
+    const std::vector<Point> unfitted = mesh.positions;
+    Context context(2);
+    RetreatOptions options;
+    options.unfitted = unfitted;
+    const RetreatReport report = retreat(mesh, block.topology, block.surface, options, context);
+    CHECK(report.touching_before > 0);
+    CHECK(report.bad_after + report.touching_after == 0);
+    check_valid(block);
+}

@@ -24,6 +24,16 @@ class BoundaryContacts {
                                 const Parallel& parallel) const {
         return guard_->touching(positions, moved, parallel);
     }
+    /// The same but for what is allowed.
+    std::vector<Index> touching(std::span<const Point> positions, std::span<const Index> moved,
+                                const AllowedContacts& allowed, const Parallel& parallel) const {
+        return guard_->touching(positions, moved, allowed, parallel);
+    }
+    /// Adds to `allowed` what is in contact now among `quads` (rising) and their partners.
+    void allow_present(std::span<const Point> positions, std::span<const Index> quads,
+                       AllowedContacts& allowed, const Parallel& parallel) const {
+        guard_->allow_present(positions, quads, allowed, parallel);
+    }
 
   private:
     std::vector<Quad> quads_;

@@ -72,14 +72,12 @@ class BringHome {
         // A part may touch one that went back.
         for (bool any = true; any;) {
             any = false;
-            for (Index q : away_.contacts->touching(positions_, quads_, budget_.parallel())) {
-                if (away_.touched_at_start[q]) continue;
+            for (Index q : away_.contacts->touching(positions_, quads_, *away_.allowed, budget_.parallel()))
                 for (Index v : away_.contacts->quad(q))
                     for (DofShare share : problem_.shares(v)) {
                         const Index part = parts_.find(share.dof);
                         if (!back[part]) back[part] = 1, any = true;
                     }
-            }
             if (any) take_back(back);
         }
     }

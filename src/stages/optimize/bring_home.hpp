@@ -12,8 +12,8 @@ struct AwayMesh {
     const Topology* topology;
     const BoundaryModel* surface;
     const BoundaryContacts* contacts;
-    std::span<const std::uint8_t> movable;          ///< per vertex
-    std::span<const std::uint8_t> touched_at_start; ///< per boundary quad: may go on touching
+    const AllowedContacts* allowed;
+    std::span<const std::uint8_t> movable; ///< per vertex
 };
 
 /// Puts all vertices of a kind that are still drawn home at once and untangles round them, whatever that does

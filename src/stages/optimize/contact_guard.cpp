@@ -5,6 +5,7 @@
 #include "mesh/hex_reference.hpp"
 #include "stages/optimize/boundary_contacts.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -13,14 +14,21 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kFacing = 0.3;  ///< cosine between normals below which quads face one another
-constexpr double kFolded = -0.9; ///< the same of quads at one edge that may be folded over
-/// Ends of an edge nearer to a quad's plane, of its edge, are on it: hanging vertices on the edge of a larger
-/// quad are, but for rounding.
-constexpr double kOnPlane_rel = 1e-6;
+constexpr double kFacing = 0.3; ///< cosine between normals below which quads face one another
+/// The same between the normal at a sample of a quad and that of the quad it lies on, and of quads at a
+/// common edge.
+constexpr double kOpposite = -0.5;
+constexpr double kFolded = -0.9; ///< the same of quads at one edge, at its ends, that may be folded over
+/// What is nearer to a quad's plane or border, of its edge, is on it: where a vertex hangs, edges run along
+/// or end on those of a larger quad, but for rounding.
+constexpr double kOn_rel = 1e-6;
 
 /// A quad as four triangles round its centre.
 struct Patch {
+    struct Sample {
+        Point at, normal;
+    };
+
     std::array<Point, 4> x;
     Point centre, normal;
     double edge = 0, radius = 0; ///< mean edge; of the ball round the centre that holds the corners
@@ -28,24 +36,47 @@ struct Patch {
     Patch(std::span<const Point> positions, const Quad& quad) {
         for (int k = 0; k < 4; ++k) x[k] = positions[quad[k]];
         centre = 0.25 * ((x[0] + x[2]) + (x[1] + x[3]));
-        const Point cross = glm::cross(x[2] - x[0], x[3] - x[1]);
-        const double length = glm::length(cross);
-        normal = length > 0 ? cross / length : Point(0);
+        normal = unit(glm::cross(x[2] - x[0], x[3] - x[1]));
         for (int k = 0; k < 4; ++k) {
             edge += 0.25 * glm::distance(x[k], x[(k + 1) % 4]);
             radius = std::max(radius, glm::distance(x[k], centre));
         }
     }
 
-    /// Whether p lies before the patch (outside the mesh), closer than `clearance`.
-    bool is_before(const Point& p, double clearance) const {
+    static Point unit(const Point& p) {
+        const double length = glm::length(p);
+        return length > 0 ? p / length : Point(0);
+    }
+
+    /// At parameters in 0..1 along the sides 0-1 and 0-3.
+    Sample sample(double u, double v) const {
+        const Point low = x[0] + u * (x[1] - x[0]), high = x[3] + u * (x[2] - x[3]);
+        const Point along_u = (1 - v) * (x[1] - x[0]) + v * (x[2] - x[3]);
+        return {low + v * (high - low), unit(glm::cross(along_u, high - low))};
+    }
+
+    using Samples = std::array<Sample, 5>;
+    Samples compute_samples() const {
+        return {sample(0.5, 0.5), sample(0.25, 0.25), sample(0.75, 0.25), sample(0.75, 0.75),
+                sample(0.25, 0.75)};
+    }
+
+    Point corner_normal(int k) const {
+        return unit(glm::cross(x[(k + 1) % 4] - x[k], x[(k + 3) % 4] - x[k]));
+    }
+
+    /// Whether p lies within `clearance` of the patch; only_before: on its outer side.
+    bool is_near(const Point& p, double clearance, bool only_before) const {
+        if (glm::distance(p, centre) > radius + clearance) return false;
         for (int k = 0; k < 4; ++k) {
             const Point d = p - closest_on_triangle(p, x[k], x[(k + 1) % 4], centre).point;
-            if (glm::dot(d, d) < clearance * clearance && glm::dot(d, normal) >= 0) return true;
+            if (glm::dot(d, d) < clearance * clearance && (!only_before || glm::dot(d, normal) >= 0))
+                return true;
         }
         return false;
     }
 
+    /// Whether the segment pq passes through the inside of the patch.
     bool is_crossed_by(const Point& p, const Point& q) const {
         const auto side = [](const Point& a, const Point& b, const Point& c, const Point& d) {
             return glm::dot(glm::cross(b - a, c - a), d - a);
@@ -53,10 +84,11 @@ struct Patch {
         for (int k = 0; k < 4; ++k) {
             const Point &a = x[k], &b = x[(k + 1) % 4];
             const double above = side(a, b, centre, p), below = side(a, b, centre, q);
-            const double least = kOnPlane_rel * edge * glm::length(glm::cross(b - a, centre - a));
+            const double least = kOn_rel * edge * glm::length(glm::cross(b - a, centre - a));
             if (above * below >= 0 || std::min(std::abs(above), std::abs(below)) < least) continue;
             const double u = side(p, q, a, b), v = side(p, q, b, centre), w = side(p, q, centre, a);
-            if ((u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0)) return true;
+            const bool is_inside = (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
+            if (is_inside && std::abs(u) > kOn_rel * std::abs(u + v + w)) return true;
         }
         return false;
     }
@@ -66,22 +98,44 @@ bool contains(const Quad& quad, Index v) {
     return quad[0] == v || quad[1] == v || quad[2] == v || quad[3] == v;
 }
 
-/// Whether a point of quad q is too near to quad r or an edge of q crosses it. apart: they share no vertex.
-bool touches(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r, bool apart,
-             double clearance_rel) {
-    const double clearance = clearance_rel * std::min(at_q.edge, at_r.edge);
-    if (at_r.is_before(at_q.centre, clearance)) return true;
-    for (const Point& x : at_q.x)
-        if (at_r.is_before(0.5 * (at_q.centre + x), clearance) || (apart && at_r.is_before(x, clearance)))
-            return true;
+/// Whether an edge of quad q crosses quad r elsewhere than at a common vertex.
+bool crosses(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r) {
     for (int k = 0; k < 4; ++k)
-        if (!contains(r, q[k]) && !contains(r, q[(k + 1) % 4]) &&
+        if ((!contains(r, q[k]) || !contains(r, q[(k + 1) % 4])) &&
             at_r.is_crossed_by(at_q.x[k], at_q.x[(k + 1) % 4]))
             return true;
     return false;
 }
 
+void make_unique(std::vector<Index>& items) {
+    std::sort(items.begin(), items.end());
+    items.erase(std::unique(items.begin(), items.end()), items.end());
+}
+
 } // namespace
+
+/// A quad and places on it.
+struct PlacedQuad : Patch {
+    Samples samples;
+
+    PlacedQuad(std::span<const Point> positions, const Quad& quad)
+        : Patch(positions, quad), samples(compute_samples()) {}
+
+    /// Whether a sample lies on another quad that faces the other way, on whichever side.
+    bool lies_on(const Patch& other, double clearance) const {
+        return std::any_of(samples.begin(), samples.end(), [&](const Sample& sample) {
+            return glm::dot(sample.normal, other.normal) < kOpposite &&
+                   other.is_near(sample.at, clearance, false);
+        });
+    }
+
+    /// Whether a place on it is too near before another quad. apart: they share no vertex.
+    bool is_before(const Patch& other, bool apart, double clearance) const {
+        const auto near = [&](const Point& p) { return other.is_near(p, clearance, true); };
+        return std::any_of(samples.begin(), samples.end(), [&](const auto& s) { return near(s.at); }) ||
+               (apart && std::any_of(x.begin(), x.end(), near));
+    }
+};
 
 /// Boxes of some quads at given positions.
 class QuadTree {
@@ -119,18 +173,17 @@ ContactGuard::ContactGuard(const HexMesh& mesh, const Topology& topology, std::s
                            const Csr<Index>& vertex_quad, std::span<const Point> start, double deviation,
                            const Parallel& parallel, ContactLimits contact)
     : mesh_(mesh), contact_(contact), topology_(topology), quads_(quads), vertex_quad_(vertex_quad),
-      is_candidate_(quads.size(), 0), is_exempt_(quads.size(), 0) {
+      is_candidate_(quads.size(), 0) {
     find_candidates(start, deviation, parallel);
     std::vector<Index> all(quads.size());
     for (Index q = 0; q < quads.size(); ++q) all[q] = q;
-    for (const Pair& pair : find_pairs(start, all, parallel))
-        for (Index q : pair) is_exempt_[q] = 1;
+    allow_present(start, all, allowed_, parallel);
 }
 
 ContactGuard::ContactGuard(const HexMesh& mesh, const Topology& topology, std::span<const Quad> quads,
                            const Csr<Index>& vertex_quad, ContactLimits contact)
     : mesh_(mesh), contact_(contact), topology_(topology), quads_(quads), vertex_quad_(vertex_quad),
-      is_candidate_(quads.size(), 1), candidates_(quads.size()), is_exempt_(quads.size(), 0) {
+      is_candidate_(quads.size(), 1), candidates_(quads.size()) {
     for (Index q = 0; q < quads.size(); ++q) candidates_[q] = q;
 }
 
@@ -148,7 +201,7 @@ void ContactGuard::find_candidates(std::span<const Point> start, double deviatio
     parallel.for_each(quads_.size(), 64, [&](std::size_t q) {
         const Patch at(start, quads_[q]);
         tree.visit_near(at.centre, at.radius + at.edge + 2 * deviation, [&](Index r) {
-            if (r == q || faces[q] || shared_vertices(static_cast<Index>(q), r) > 1) return;
+            if (r == q || faces[q]) return;
             const Patch other(start, quads_[r]);
             faces[q] = can_meet(at, other) || can_meet(other, at);
         });
@@ -184,20 +237,33 @@ int ContactGuard::shared_vertices(Index a, Index b) const {
 }
 
 void ContactGuard::append_facing(std::span<const Point> positions, const QuadTree& tree, Index quad,
-                                 std::vector<Pair>& found) const {
-    const Patch at(positions, quads_[quad]);
-    tree.visit_near(at.centre, at.radius + contact_.clearance_rel * at.edge, [&](Index r) {
+                                 const ContactLimits& limits, std::vector<Pair>& found) const {
+    const PlacedQuad at(positions, quads_[quad]);
+    tree.visit_near(at.centre, at.radius + 4 * limits.clearance_rel * at.edge, [&](Index r) {
         if (r == quad) return;
-        const Patch other(positions, quads_[r]);
-        const double facing = glm::dot(at.normal, other.normal);
-        if (facing >= kFacing) return;
-        const int shared = shared_vertices(quad, r);
-        // At a common edge the angle alone does not tell: warped quads may cross away from its ends.
-        if (shared > 2 || (shared == 2 && facing > kFolded)) return;
-        if (touches(quads_[quad], at, quads_[r], other, shared == 0, contact_.clearance_rel) ||
-            touches(quads_[r], other, quads_[quad], at, shared == 0, contact_.clearance_rel))
+        const PlacedQuad other(positions, quads_[r]);
+        if (glm::distance(at.centre, other.centre) >
+            at.radius + other.radius + limits.clearance_rel * std::max(at.edge, other.edge))
+            return;
+        if (is_in_contact(quad, at, r, other, limits.clearance_rel))
             found.push_back({std::min(quad, r), std::max(quad, r)});
     });
+}
+
+bool ContactGuard::is_in_contact(Index quad, const PlacedQuad& at, Index other_quad, const PlacedQuad& other,
+                                 double clearance_rel) const {
+    const double touching_rel = std::min(clearance_rel, kTouching.clearance_rel);
+    if (at.lies_on(other, touching_rel * at.edge) || other.lies_on(at, touching_rel * other.edge))
+        return true;
+    const double facing = glm::dot(at.normal, other.normal);
+    const int shared = shared_vertices(quad, other_quad);
+    if (facing >= kFacing && shared > 0) return false;
+    if (shared > 2) return false;
+    const Quad &q = quads_[quad], &r = quads_[other_quad];
+    if (crosses(q, at, r, other) || crosses(r, other, q, at)) return true;
+    if (facing >= (shared == 2 ? kOpposite : kFacing)) return false;
+    const double clearance = clearance_rel * std::min(at.edge, other.edge);
+    return at.is_before(other, shared == 0, clearance) || other.is_before(at, shared == 0, clearance);
 }
 
 /// Angle inside the mesh at edge ab near a: the sum over the cells round it.
@@ -224,18 +290,26 @@ double ContactGuard::inner_angle(std::span<const Point> positions, Index a, Inde
     return sum;
 }
 
-void ContactGuard::append_folded(std::span<const Point> positions, Index quad,
+void ContactGuard::append_folded(std::span<const Point> positions, Index quad, const ContactLimits& limits,
                                  std::vector<Pair>& found) const {
     const Quad& q = quads_[quad];
-    const Point normal = Patch(positions, q).normal;
+    const Patch at(positions, q);
     for (int k = 0; k < 4; ++k) {
         const Index a = q[k], b = q[(k + 1) % 4];
         Index neighbour = kNoIndex;
         int count = 0;
         for (Index r : vertex_quad_[a])
             if (r != quad && contains(quads_[r], b)) neighbour = r, ++count;
-        if (count != 1 || glm::dot(normal, Patch(positions, quads_[neighbour]).normal) > kFolded) continue;
-        const double most = 2 * std::numbers::pi - contact_.folded_rad;
+        if (count != 1) continue;
+        const Patch other(positions, quads_[neighbour]);
+        const auto is_bent_at = [&](int corner) {
+            const Quad& r = quads_[neighbour];
+            const auto there = std::find(r.begin(), r.end(), q[corner % 4]) - r.begin();
+            return glm::dot(at.corner_normal(corner % 4), other.corner_normal(static_cast<int>(there))) <=
+                   kFolded;
+        };
+        if (glm::dot(at.normal, other.normal) > kFolded && !is_bent_at(k) && !is_bent_at(k + 1)) continue;
+        const double most = 2 * std::numbers::pi - limits.folded_rad;
         if (inner_angle(positions, a, b) > most || inner_angle(positions, b, a) > most)
             found.push_back({std::min(quad, neighbour), std::max(quad, neighbour)});
     }
@@ -243,6 +317,7 @@ void ContactGuard::append_folded(std::span<const Point> positions, Index quad,
 
 std::vector<ContactGuard::Pair> ContactGuard::find_pairs(std::span<const Point> positions,
                                                          std::span<const Index> moved,
+                                                         const ContactLimits& limits,
                                                          const Parallel& parallel) const {
     bool any = false;
     for (Index q : moved) any = any || is_candidate_[q];
@@ -251,8 +326,8 @@ std::vector<ContactGuard::Pair> ContactGuard::find_pairs(std::span<const Point> 
     std::vector<std::vector<Pair>> partial((moved.size() + kChunk - 1) / kChunk);
     parallel.for_each(moved.size(), kChunk, [&](std::size_t i) {
         std::vector<Pair>& found = partial[i / kChunk];
-        append_folded(positions, moved[i], found);
-        if (is_candidate_[moved[i]]) append_facing(positions, tree, moved[i], found);
+        append_folded(positions, moved[i], limits, found);
+        if (is_candidate_[moved[i]]) append_facing(positions, tree, moved[i], limits, found);
     });
     std::vector<Pair> pairs;
     for (const auto& part : partial) pairs.insert(pairs.end(), part.begin(), part.end());
@@ -261,13 +336,36 @@ std::vector<ContactGuard::Pair> ContactGuard::find_pairs(std::span<const Point> 
     return pairs;
 }
 
+void ContactGuard::allow_present(std::span<const Point> positions, std::span<const Index> quads,
+                                 AllowedContacts& allowed, const Parallel& parallel) const {
+    allowed.near.resize(quads_.size(), 0);
+    allowed.touching.resize(quads_.size(), 0);
+    std::vector<Index> near;
+    for (const Pair& pair : find_pairs(positions, quads, contact_, parallel))
+        near.insert(near.end(), pair.begin(), pair.end());
+    make_unique(near);
+    for (Index q : near) allowed.near[q] = 1;
+    if (near.empty()) return;
+    for (const Pair& pair : find_pairs(positions, near, kTouching, parallel))
+        for (Index q : pair) allowed.touching[q] = 1;
+}
+
 std::vector<Index> ContactGuard::touching(std::span<const Point> positions, std::span<const Index> moved,
-                                          const Parallel& parallel) const {
-    std::vector<Index> quads;
-    for (const Pair& pair : find_pairs(positions, moved, parallel))
-        if (!is_exempt_[pair[0]] && !is_exempt_[pair[1]]) quads.insert(quads.end(), pair.begin(), pair.end());
-    std::sort(quads.begin(), quads.end());
-    quads.erase(std::unique(quads.begin(), quads.end()), quads.end());
+                                          const AllowedContacts& allowed, const Parallel& parallel) const {
+    std::vector<Index> quads, near;
+    const auto append = [&](const Pair& pair, const std::vector<std::uint8_t>& exempt) {
+        const bool is_exempt = !exempt.empty() && (exempt[pair[0]] || exempt[pair[1]]);
+        if (!is_exempt) quads.insert(quads.end(), pair.begin(), pair.end());
+        return !is_exempt;
+    };
+    for (const Pair& pair : find_pairs(positions, moved, contact_, parallel))
+        if (!append(pair, allowed.near)) near.insert(near.end(), pair.begin(), pair.end());
+    // What was near may go on so, but not come to touch.
+    make_unique(near);
+    if (!near.empty())
+        for (const Pair& pair : find_pairs(positions, near, kTouching, parallel))
+            append(pair, allowed.touching);
+    make_unique(quads);
     return quads;
 }
 

@@ -28,9 +28,10 @@ Csr<Index> invert(const std::vector<std::array<Index, 2>>& key_value, std::size_
 } // namespace
 
 Homecoming::Homecoming(Problem& problem, const BoundaryModel& surface, const BoundaryContacts& contacts,
-                       std::vector<Point>& positions, std::vector<Hold>& hold, Budget& budget)
+                       std::vector<Point>& positions, std::vector<Hold>& hold, AllowedContacts& allowed,
+                       Budget& budget)
     : problem_(problem), surface_(surface), contacts_(contacts), positions_(positions), hold_(hold),
-      budget_(budget), anchor_(positions), motion_(problem, surface, hold, anchor_),
+      allowed_(allowed), budget_(budget), anchor_(positions), motion_(problem, surface, hold, anchor_),
       newton_(problem, positions, &motion_, budget) {
     const HexMesh& mesh = problem.mesh();
     std::vector<std::uint8_t> moves(mesh.vertex_count(), 0);
@@ -49,8 +50,7 @@ Homecoming::Homecoming(Problem& problem, const BoundaryModel& surface, const Bou
     dof_row_ = invert(dof_row, problem.dof_count());
     dof_cell_ = invert(dof_cell, problem.dof_count());
     moving_quads_ = contacts.quads_with(moves);
-    touched_at_start_ = contacts.touching(positions, moving_quads_, budget.parallel());
-    std::sort(touched_at_start_.begin(), touched_at_start_.end());
+    contacts.allow_present(positions, moving_quads_, allowed, budget.parallel());
 }
 
 void Homecoming::run() {
@@ -94,11 +94,7 @@ bool Homecoming::try_step(const Step& step) {
 }
 
 std::vector<Index> Homecoming::new_contacts() const {
-    std::vector<Index> quads = contacts_.touching(positions_, moving_quads_, budget_.parallel());
-    std::erase_if(quads, [&](Index q) {
-        return std::binary_search(touched_at_start_.begin(), touched_at_start_.end(), q);
-    });
-    return quads;
+    return contacts_.touching(positions_, moving_quads_, allowed_, budget_.parallel());
 }
 
 void Homecoming::put_home(double least_sj) {

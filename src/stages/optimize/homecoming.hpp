@@ -11,13 +11,12 @@ namespace hexopt {
 class Homecoming {
   public:
     /// positions: of the mesh, valid; hold: per vertex, how it is held now, the drawn ones are to come home.
+    /// allowed: what is in contact at the start is added.
     Homecoming(Problem& problem, const BoundaryModel& surface, const BoundaryContacts& contacts,
-               std::vector<Point>& positions, std::vector<Hold>& hold, Budget& budget);
+               std::vector<Point>& positions, std::vector<Hold>& hold, AllowedContacts& allowed,
+               Budget& budget);
 
     void run();
-
-    /// Boundary quads.
-    std::span<const Index> touched_at_start() const { return touched_at_start_; }
 
   private:
     struct Step {
@@ -35,12 +34,12 @@ class Homecoming {
     const BoundaryContacts& contacts_;
     std::vector<Point>& positions_;
     std::vector<Hold>& hold_;
+    AllowedContacts& allowed_;
     Budget& budget_;
     std::vector<Point> anchor_;
     std::vector<Index> moving_quads_;
-    std::vector<Index> touched_at_start_; ///< rising
-    Csr<Index> dof_cell_;                 ///< cells of the problem that depend on a dof
-    Csr<Index> dof_row_;                  ///< rows of mesh.hanging that depend on a dof
+    Csr<Index> dof_cell_; ///< cells of the problem that depend on a dof
+    Csr<Index> dof_row_;  ///< rows of mesh.hanging that depend on a dof
     HomeMotion motion_;
     Newton newton_;
 };

@@ -24,6 +24,9 @@ constexpr int kBlendRings = 3, kMovingRings = 2;
 constexpr double kPull = 10, kLoosePulls[] = {1, 0.1, 0.01};
 constexpr int kLooseRings = 4;
 constexpr int kUntangleRounds = 8;
+/// Times that quads in contact are pushed apart, each time by so much of their edge.
+constexpr int kPartRounds = 6;
+constexpr double kPartStep = 0.2;
 /// Scaled Jacobian that is worth a vertex at home.
 constexpr double kLeastSjHome = 0.05;
 /// A little more than what counts as contact in the end.
@@ -49,6 +52,7 @@ class Retreat {
             if (seeds.empty() || budget_.exhausted()) break;
             ++report_.attempts;
             untangle(go_back(seeds, rings));
+            part_contacts();
             std::size_t bad = 0, touching = 0;
             seeds = find_seeds(bad, touching);
             budget_.context().log(LogLevel::debug, fmt::format("{} rings back: {} cells bad, {} quads touch",
@@ -62,14 +66,18 @@ class Retreat {
     std::vector<Index> find_seeds(std::size_t& bad, std::size_t& touching) const {
         std::vector<Index> cells = find_bad_cells(mesh_, mesh_.positions, budget_.parallel());
         bad = cells.size();
-        std::vector<Index> all(touching_.quad_count());
-        for (Index q = 0; q < all.size(); ++q) all[q] = q;
-        const std::vector<Index> quads = touching_.touching(mesh_.positions, all, budget_.parallel());
+        const std::vector<Index> quads = find_all_contacts(touching_);
         touching = quads.size();
         for (Index q : quads) cells.push_back(topology_.boundary_faces[q].cell);
         std::sort(cells.begin(), cells.end());
         cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
         return cells;
+    }
+
+    std::vector<Index> find_all_contacts(const BoundaryContacts& contacts) const {
+        std::vector<Index> all(contacts.quad_count());
+        for (Index q = 0; q < all.size(); ++q) all[q] = q;
+        return contacts.touching(mesh_.positions, all, budget_.parallel());
     }
 
     /// Per vertex: rings of cells away from the seeds, `most` at most.
@@ -132,6 +140,32 @@ class Retreat {
         }
     }
 
+    /// Draws quads in contact into their own cells, away from one another.
+    void part_contacts() {
+        for (int round = 0; round < kPartRounds && !budget_.exhausted(); ++round) {
+            const std::vector<Index> quads =
+                find_all_contacts(touching_).empty() ? std::vector<Index>{} : find_all_contacts(apart_);
+            if (quads.empty()) return;
+            anchor_ = mesh_.positions;
+            std::vector<Index> cells;
+            for (Index q : quads) {
+                cells.push_back(topology_.boundary_faces[q].cell);
+                for (Index v : apart_.quad(q)) anchor_[v] += kPartStep * compute_push(apart_.quad(q));
+            }
+            untangle_held(movable_neighbourhood(mesh_, topology_, movable_, cells, kLooseRings), kPull);
+        }
+    }
+
+    /// One edge long, into the mesh.
+    Point compute_push(const Quad& quad) const {
+        const auto at = [&](int k) { return mesh_.positions[quad[k % 4]]; };
+        const Point normal = glm::cross(at(2) - at(0), at(3) - at(1));
+        const double length = glm::length(normal);
+        double edge = 0;
+        for (int k = 0; k < 4; ++k) edge += 0.25 * glm::distance(at(k), at(k + 1));
+        return length > 0 ? -edge / length * normal : Point(0);
+    }
+
     void untangle_held(std::span<const std::uint8_t> moving, double pull) {
         std::size_t moved = 0;
         for (Problem& part : Problem::split(Problem(mesh_, topology_, moving))) {
@@ -151,13 +185,12 @@ class Retreat {
             for (Index v : mesh_.cells[c]) set_fixed(v);
         for (Index v = 0; v < mesh_.vertex_count(); ++v)
             if (hold_[v] == Hold::anchored) hold_[v] = Hold::drawn;
-        std::vector<std::uint8_t> touched(apart_.quad_count(), 0);
+        AllowedContacts allowed;
         for (Problem& part : Problem::split(Problem(mesh_, topology_, movable_))) {
-            Homecoming homecoming(part, surface_, apart_, mesh_.positions, hold_, budget_);
+            Homecoming homecoming(part, surface_, apart_, mesh_.positions, hold_, allowed, budget_);
             homecoming.run();
-            for (Index q : homecoming.touched_at_start()) touched[q] = 1;
         }
-        const AwayMesh away{&mesh_, &topology_, &surface_, &apart_, movable_, touched};
+        const AwayMesh away{&mesh_, &topology_, &surface_, &apart_, &allowed, movable_};
         for (EntityKind kind : {EntityKind::corner, EntityKind::curve, EntityKind::patch})
             bring_home(away, kind, kLeastSjHome, mesh_.positions, hold_, budget_);
         give_up_beyond_bound(Problem(mesh_, topology_, movable_));
