@@ -117,6 +117,16 @@ json fit_json(const FitReport& r, int rounds) {
             {"largest_distance", r.largest_distance}};
 }
 
+json reach_json(const ReachReport& r) {
+    return {{"corners", r.corners},
+            {"corners_before", r.corners_before},
+            {"corners_after", r.corners_after},
+            {"followed_before_rel", r.followed_before_rel},
+            {"followed_after_rel", r.followed_after_rel},
+            {"off_before", r.off_before},
+            {"off_after", r.off_after}};
+}
+
 json attempts_json(const std::vector<AttemptCount>& attempts) {
     json list = json::array();
     for (const AttemptCount& a : attempts)
@@ -197,6 +207,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"quality_after", to_json(o.after)},
             {"optimizer", o.stats ? report::stats_json(*o.stats) : json(nullptr)},
             {"backed_off", settle_json(o.settle)},
+            {"reached", o.reached ? reach_json(*o.reached) : json(nullptr)},
             {"attempts", attempts_json(o.attempts)},
             {"cad", o.cad ? cad_json(*o.cad) : json(nullptr)},
             {"boundary_contacts", o.contacts.size()},

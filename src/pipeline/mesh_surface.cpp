@@ -1,13 +1,12 @@
 #include "pipeline/mesh_surface.hpp"
 
 #include "pipeline/checkpoint.hpp"
-#include "pipeline/follow_creases.hpp"
+#include "pipeline/finish_surface.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
 #include "pipeline/refine_to_count.hpp"
 #include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
-#include "pipeline/undo_contacts.hpp"
 #include "stages/optimize/contact_guard.hpp"
 #include "stages/optimize/retreat.hpp"
 
@@ -78,9 +77,11 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
                                     "({:.6g}, {:.6g}, {:.6g}).",
                                     released.size(), outcome.curves, p.x, p.y, p.z));
     }
-    if (outcome.fit.captured_corners < outcome.fit.corners)
-        notes.push_back(fmt::format("{} of {} corners have no mesh vertex.",
-                                    outcome.fit.corners - outcome.fit.captured_corners, outcome.fit.corners));
+    const std::size_t on_corners =
+        outcome.reached ? outcome.reached->corners_after : outcome.fit.captured_corners;
+    if (on_corners < outcome.fit.corners)
+        notes.push_back(fmt::format("{} of {} corners have no mesh vertex.", outcome.fit.corners - on_corners,
+                                    outcome.fit.corners));
     if (outcome.buffer && !outcome.buffer->skipped.empty()) {
         const auto& skipped = outcome.buffer->skipped;
         const auto whole =
@@ -274,27 +275,6 @@ class Attempts {
     Context& context_;
 };
 
-/// Moves boundary vertices onto creases and bends that quads and edges would cut across.
-Status follow(MeshState& state, const BoundaryModel& model, const MeshOptions& options, StageClock& clock,
-              Context& context) {
-    MeshAttempt& best = *state.best;
-    FollowOptions following;
-    following.min_sj = std::min(following.min_sj, options.optimize.min_sj);
-    HexMesh& mesh = best.fitted.mesh;
-    const std::vector<Point> before = mesh.positions;
-    const auto report =
-        clock.run("creases", [&] { return follow_creases(mesh, best.topology, model, following, context); });
-    if (!report) return report.error();
-    const std::size_t back = undo_contacts(mesh, best.topology, before, following.min_sj, context.parallel());
-    context.log(LogLevel::debug,
-                fmt::format("{} vertices moved onto creases and bends, {} of them went back for contacts: "
-                            "quads farther off than {:.1g} of the "
-                            "diagonal {} -> {}, the farthest {:.3g} -> {:.3g}",
-                            report->moved, back, following.distance_rel, report->far_before,
-                            report->far_after, report->largest_before_rel, report->largest_after_rel));
-    return Done{};
-}
-
 /// Lets what fails leave the surface and raises the worst cells of the best attempt.
 Status settle(MeshState& state, Domain& domain, const MeshOptions& options, const Saving& saving,
               StageClock& clock, Context& context) {
@@ -308,14 +288,30 @@ Status settle(MeshState& state, Domain& domain, const MeshOptions& options, cons
         return settle_mesh(best.fitted.mesh, best.topology, domain.model, best.fitted.unfitted, settling,
                            *best.stats, state.settle, context);
     });
-    if (done && options.refine.chord_error_rel > 0)
-        done = follow(state, domain.model, options, clock, context);
+    state.counts.optimize_s += clock.times().back().seconds;
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     state.phase = MeshPhase::settled;
     if (done)
         saving.save(state);
     else
         best.stats.reset();
+    return Done{};
+}
+
+/// Brings the settled mesh closer to features and creases.
+Status finish(MeshState& state, Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
+              StageClock& clock, Context& context) {
+    MeshAttempt& best = *state.best;
+    if (!best.stats) return Done{};
+    const auto reached =
+        finish_surface(best, domain, options, state.counts.optimize_s_left(options), clock, context);
+    find_backed_off(best.fitted.mesh, domain.model, state.settle);
+    if (reached)
+        outcome.reached = *reached;
+    else if (reached.error().code == ErrorCode::cancelled)
+        best.stats.reset();
+    else
+        return reached.error();
     return Done{};
 }
 
@@ -448,6 +444,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     if (Status done = Attempts(options, *place, *state, domain, saving, clock, context).run(leak); !done)
         return done.error();
     if (Status done = settle(*state, domain, options, saving, clock, context); !done) return done.error();
+    if (Status done = finish(*state, domain, options, outcome, clock, context); !done) return done.error();
     Topology topology;
     take_results(std::move(*state), outcome, topology);
     if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();

@@ -7,6 +7,7 @@
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/mesh_options.hpp"
 #include "pipeline/prepare_domain.hpp"
+#include "pipeline/reach_features.hpp"
 #include "pipeline/settle_mesh.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
@@ -58,6 +59,7 @@ struct MeshOutcome {
     QualityReport before, after;        ///< before and after the optimizer
     std::optional<OptimizeStats> stats; ///< none where cancelled
     SettleReport settle;
+    std::optional<ReachReport> reached; ///< none where cancelled before its end, and where planar
     /// Boundary quads where the boundary touches or crosses itself; any makes the mesh not valid.
     std::vector<Index> contacts;
     Deviation deviation;

@@ -25,8 +25,12 @@ void add(OptimizeStats& sum, OptimizeStats run) {
     sum = std::move(run);
 }
 
+} // namespace
+
 void find_backed_off(const HexMesh& mesh, const BoundaryModel& surface, SettleReport& report) {
     const auto bound = surface.associations();
+    report.backed_off.clear();
+    report.deviation_rel = 0;
     const double least = kRounding_rel * surface.diagonal();
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
         const EntityKind kind = bound[v].kind;
@@ -42,8 +46,6 @@ void find_backed_off(const HexMesh& mesh, const BoundaryModel& surface, SettleRe
         report.deviation_rel = report.backed_off.front().distance / surface.diagonal();
     if (report.backed_off.size() > kListed) report.backed_off.resize(kListed);
 }
-
-} // namespace
 
 Status settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                    std::span<const Point> unfitted, const OptimizeOptions& options, OptimizeStats& stats,

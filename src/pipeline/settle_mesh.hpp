@@ -37,4 +37,7 @@ Status settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel&
                    std::span<const Point> unfitted, const OptimizeOptions& options, OptimizeStats& stats,
                    SettleReport& report, Context& context);
 
+/// Lists the vertices that are off what they are bound to in `report`, in place of those listed before.
+void find_backed_off(const HexMesh& mesh, const BoundaryModel& surface, SettleReport& report);
+
 } // namespace hexopt

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "pipeline/mesh_attempt.hpp"
+#include "pipeline/mesh_options.hpp"
+#include "pipeline/reach_features.hpp"
+#include "pipeline/stage_clock.hpp"
+
+namespace hexopt {
+
+/// The last steps on the surface of a settled mesh, which leave all other vertices where they are:
+/// reach_features(), then follow_creases() where the refinement is to keep to a chord error. time_limit_s:
+/// for the first; none is left where it is not positive. domain is bound to the mesh, then to the mesh with
+/// the corners that were hit. Errors: cancelled, the mesh is sound.
+Result<ReachReport> finish_surface(MeshAttempt& settled, Domain& domain, const MeshOptions& options,
+                                   double time_limit_s, StageClock& clock, Context& context);
+
+} // namespace hexopt
