@@ -138,6 +138,7 @@ class CountSearch {
             if (trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
             return Done{};
         }
+        if (trimmed->report.kept_cells == 0) return Done{};
         if (options_.buffers && check_coverage(*trimmed))
             if (Status ok = count_layers(*trimmed); !ok) return ok;
         promise_.fit(seen_.back(), with_layers(trimmed->report));

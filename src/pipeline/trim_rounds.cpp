@@ -106,15 +106,16 @@ Status check_coverage(const TrimOutput& trimmed) {
     const double bare = report.bare_area, area = report.surface_area;
     const bool volume_lost = report.enclosed_volume > 0 && bare > kClearlyBare * area &&
                              report.kept_volume < kLeastCovered * report.enclosed_volume;
-    if (bare <= (1 - kLeastCovered) * area && !volume_lost) return Done{};
+    const bool all_lost = report.kept_cells == 0;
+    if (bare <= (1 - kLeastCovered) * area && !volume_lost && !all_lost) return Done{};
     const Point p = report.first_bare;
     const double thickness = thickness_of(trimmed.bare_spots), size = thickness / kNeededCells;
     return make_error(
         ErrorCode::no_valid_mesh, "trim", fmt::format("near ({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z),
-        fmt::format("{:.0f} % of the surface has no cells near it: the model is {:.3g} thick there, the "
+        fmt::format("{:.0f} % of the surface has no cells {}: the model is {:.3g} thick there, the "
                     "cells are {:.3g}; try --size {:.2g}, or --cells {:.2g}",
-                    100 * bare / area, thickness, trimmed.bare_spots.front().cell_size, size,
-                    kCellsPerSquare * area / (size * size)));
+                    100 * bare / area, all_lost ? "in it" : "near it", thickness,
+                    trimmed.bare_spots.front().cell_size, size, kCellsPerSquare * area / (size * size)));
 }
 
 std::string describe_bare_surface(const TrimReport& report) {

@@ -74,3 +74,19 @@ TEST_CASE("a wall that no allowed level resolves is left alone and refused") {
     CHECK(refused.error().one_line().find("0.05 thick") != std::string::npos);
     CHECK(refused.error().one_line().find("--size 0.033") != std::string::npos);
 }
+
+TEST_CASE("a surface that is too thin for any cell is refused with its thickness, whatever asks for cells") {
+    TriangleSoup plate;
+    test::append_box(plate, {0, 0, 0}, {12, 12, 0.05});
+    test::append_box(plate, {0, 0, 3}, {12, 12, 3.05});
+    MeshOptions options;
+    SECTION("a size") { options.refine = cells_of(1, 0); }
+    SECTION("their number") { options.refine.target_cells = 2000; }
+    StageClock clock;
+    Context context(1);
+    const auto refused = mesh_surface(plate, options, clock, context);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == ErrorCode::no_valid_mesh);
+    CHECK(refused.error().one_line().find("near (") != std::string::npos);
+    CHECK(refused.error().one_line().find("0.05 thick") != std::string::npos);
+}

@@ -188,9 +188,16 @@ Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimO
     if (!seeds_inside) queries.choose_inside(*side);
     Result<TrimOutput> output = trim_side(octree, queries, seeds_inside, options, context, leak_path, memory);
     if (!output) return output;
-    if (output->report.kept_cells == 0)
-        return trim_error(ErrorCode::bad_input, "",
-                          "no cell is inside the surface: it is too thin for the cells, or not closed");
+    if (output->report.kept_cells == 0) {
+        if (!output->bare_spots.empty()) return output;
+        return trim_error(
+            ErrorCode::bad_input, "near " + place(domain.model.triangle(0)[0]),
+            domain.open_edges > 0
+                ? fmt::format("no cell is inside the surface: it has {} open edges; close it, or "
+                              "give seeds",
+                              domain.open_edges)
+                : "no cell is inside the surface, which encloses nothing there");
+    }
     count_surface(output->kept, context.parallel(), output->report);
     return output;
 }

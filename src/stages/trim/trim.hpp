@@ -107,7 +107,8 @@ class TrimMemory {
 /// Removes the cells of an octree leaf mesh (any hexahedral mesh with 2:1 hanging nodes that encloses the
 /// domain) that are outside, such that the surface left is a closed manifold and no two cells on either side
 /// of a gap share a face. Thesis 3.4; rules: docs/trim.md. The domain's triangles must point outwards
-/// (orient_surface). Errors: usage (an option out of range); bad_input where nothing is left, a seed is not
+/// (orient_surface). Where the surface is too thin for all cells the mesh is empty and bare_spots tell how thin.
+/// Errors: usage (an option out of range); bad_input where nothing is inside, a seed is not
 /// in the mesh or not in a kept cell, or the inside leaks to the outer boundary of the mesh, in which case
 /// *leak_path gets the octree cells of a shortest path; cancelled. memory: what it knows is not computed
 /// again, and what is computed goes into it; the result is the same without it.
