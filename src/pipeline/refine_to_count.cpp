@@ -133,13 +133,10 @@ class CountSearch {
         RefineOutput refined = trials_.finish(std::move(*trial));
         TrimRounds rounds;
         auto trimmed = trim_in_rounds(refined, domain_, options_.trim, rounds, context_, leak_);
-        if (!trimmed) {
-            // What is too thin for few cells need not be for many.
-            if (trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
-            return Done{};
-        }
-        if (trimmed->report.kept_cells == 0) return Done{};
-        if (options_.buffers && check_coverage(*trimmed))
+        if (!trimmed && trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
+        // What is too thin for few cells need not be for many, and tells nothing of them.
+        if (!trimmed || !check_coverage(*trimmed)) return Done{};
+        if (options_.buffers)
             if (Status ok = count_layers(*trimmed); !ok) return ok;
         promise_.fit(seen_.back(), with_layers(trimmed->report));
         return Done{};

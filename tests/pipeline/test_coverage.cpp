@@ -81,7 +81,8 @@ TEST_CASE("a surface that is too thin for any cell is refused with its thickness
     test::append_box(plate, {0, 0, 3}, {12, 12, 3.05});
     MeshOptions options;
     SECTION("a size") { options.refine = cells_of(1, 0); }
-    SECTION("their number") { options.refine.target_cells = 2000; }
+    SECTION("a few of them") { options.refine.target_cells = 2000; }
+    SECTION("many of them") { options.refine.target_cells = 50000; }
     StageClock clock;
     Context context(1);
     const auto refused = mesh_surface(plate, options, clock, context);
