@@ -3,6 +3,8 @@
 #include "pipeline/follow_creases.hpp"
 #include "pipeline/undo_contacts.hpp"
 
+#include "stages/optimize/mesh_measure.hpp"
+
 #include <algorithm>
 #include <fmt/format.h>
 
@@ -36,7 +38,9 @@ Status follow(MeshAttempt& settled, const BoundaryModel& model, const MeshOption
 Result<ReachReport> finish_surface(MeshAttempt& settled, Domain& domain, const MeshOptions& options,
                                    double time_limit_s, StageClock& clock, Context& context) {
     ReachFeaturesOptions reaching;
-    reaching.min_sj = std::min(reaching.min_sj, options.optimize.min_sj);
+    const double least =
+        measure_mesh(settled.fitted.mesh, settled.fitted.mesh.positions, context.parallel()).min_sj;
+    reaching.min_sj = std::min(std::clamp(least, 0.1, 0.2), options.optimize.min_sj);
     reaching.time_limit_s = time_limit_s;
     const auto reached = clock.run(
         "reach", [&] { return reach_features(settled.fitted, settled.topology, domain, reaching, context); });

@@ -16,8 +16,9 @@ constexpr double kOff_rel = 1e-9; ///< of the diagonal: farther off a vertex cou
 /// corner must lie to what the vertex is bound to.
 constexpr double kReach = 1.3, kHit = 1e-3, kBeside = 0.01;
 constexpr std::size_t kTries = 4; ///< vertices for a corner
-/// Neighbourhoods that may be tried for vertices off their patches: so many, and one for so many cells.
-constexpr std::size_t kPatchTries = 50, kCellsPerTry = 150;
+/// Neighbourhoods that may be tried for corners that no vertex is on, and for vertices off their patches: so
+/// many each, and one for so many cells.
+constexpr std::size_t kTriesAtLeast = 50, kCellsPerTry = 250;
 
 class FeatureReacher {
   public:
@@ -39,8 +40,7 @@ class FeatureReacher {
         bring_home(EntityKind::corner, kUnlimited);
         bring_home(EntityKind::curve, kUnlimited);
         hit_corners();
-        bring_home(EntityKind::patch, kPatchTries + fitted_.mesh.cell_count() / kCellsPerTry);
-        bind_surface(domain_, fitted_);
+        bring_home(EntityKind::patch, limited());
         report.corners_after = count(find_hit_corners());
         report.followed_after_rel = measure_followed();
         report.off_after = find_off(EntityKind::corner).size() + find_off(EntityKind::curve).size() +
@@ -49,6 +49,7 @@ class FeatureReacher {
     }
 
   private:
+    std::size_t limited() const { return kTriesAtLeast + fitted_.mesh.cell_count() / kCellsPerTry; }
     static constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
     struct Candidate {
@@ -156,7 +157,8 @@ class FeatureReacher {
         std::vector<Candidate> left = find_candidates();
         std::vector<std::uint8_t> is_hit(domain_.model.corner_count(), 0),
             is_used(fitted_.association.size(), 0);
-        while (!left.empty() && !context_.is_cancelled()) {
+        std::size_t most = limited();
+        while (!left.empty() && most > 0 && !context_.is_cancelled()) {
             std::vector<Candidate> chosen, rest;
             std::vector<std::uint8_t> has_turn = is_hit, is_taken = is_used;
             for (const Candidate& c : left) {
@@ -168,7 +170,7 @@ class FeatureReacher {
             std::vector<HomeReacher::Place> places;
             for (const Candidate& c : chosen)
                 places.push_back({c.vertex, domain_.model.corner_point(c.corner)});
-            const std::vector<std::uint8_t> is_there = reacher_.put(places);
+            const std::vector<std::uint8_t> is_there = reacher_.put(places, most);
             for (std::size_t i = 0; i < chosen.size(); ++i) {
                 if (!is_there[i]) continue;
                 is_hit[chosen[i].corner] = is_used[chosen[i].vertex] = 1;
@@ -176,7 +178,28 @@ class FeatureReacher {
             }
             left.swap(rest);
         }
+        free_from_corners(is_hit);
         context_.log(LogLevel::debug, fmt::format("{} corners hit that were missed", count(is_hit)));
+    }
+
+    /// Binds vertices that are off corners which others hit to the curve that they follow, or else to the
+    /// nearest patch.
+    void free_from_corners(const std::vector<std::uint8_t>& is_hit) {
+        const BoundaryModel& model = domain_.model;
+        for (Index v : find_off(EntityKind::corner)) {
+            Association& on = fitted_.association[v];
+            if (!is_hit[on.entity]) continue;
+            const auto ridge =
+                std::find_if(fitted_.ridges.begin(), fitted_.ridges.end(),
+                             [&](const FittedMesh::RidgeEdge& r) { return r.a == v || r.b == v; });
+            if (ridge != fitted_.ridges.end())
+                on = {EntityKind::curve, ridge->curve};
+            else
+                on = {EntityKind::patch,
+                      model.patch_of_triangle(
+                          model.project_patch(kNoIndex, fitted_.mesh.positions[v]).element)};
+        }
+        bind_surface(domain_, fitted_);
     }
 
     FittedMesh& fitted_;

@@ -15,14 +15,20 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kRings = 2;          ///< of cells round a vertex that give way
+constexpr int kRings = 2; ///< of cells round a vertex that give way
+/// How vertices are brought home: what is off in `together` rings of cells comes along.
+struct Pass {
+    int together, rings;
+};
+constexpr Pass kPasses[] = {{1, kRings}, {0, kRings}};
 constexpr int kUntangleRounds = 6; ///< of the regularised energy
 constexpr int kRaiseSteps = 10;    ///< of Newton's method
 constexpr double kValidEps = 1e-12;
-constexpr double kHopeless = 0.05;  ///< of what a cell must reach: from below that it does not
-constexpr double kPull = 10;        ///< on other vertices that are off
-constexpr double kOff_rel = 1e-9;   ///< of the diagonal: farther off a vertex is not at home
-constexpr double kFarther = 1.0001; ///< so much farther off others may end
+constexpr double kWorthRaising = 0.2; ///< scaled Jacobian that is sought at first, if it was there before
+constexpr double kHopeless = 0.05;    ///< of what a cell must reach: from below that it does not
+constexpr double kPull = 10;          ///< on other vertices that are off
+constexpr double kOff_rel = 1e-9;     ///< of the diagonal: farther off a vertex is not at home
+constexpr double kFarther = 1.0001;   ///< so much farther off others may end
 /// Quads and edges may leave the surface by so much of what they did before, or of the size of a cell.
 constexpr double kDeviates = 1.1, kDeviates_h = 0.1;
 /// A little more than what counts as contact in the end.
@@ -56,33 +62,35 @@ class HomeReacher::Work {
         contacts_.allow_present(mesh_.positions, all, allowed_, budget_.parallel());
     }
 
-    std::size_t reach(std::span<const Index> wanted, std::size_t most) {
-        for (bool together : {true, false}) {
+    std::size_t reach(std::span<const Index> wanted, std::size_t& most) {
+        for (const Pass& pass : kPasses) {
             std::vector<Index> left = still_off(wanted);
             while (!left.empty() && most > 0 && !budget_.exhausted()) {
-                std::vector<Index> batch = take_apart(left);
+                std::vector<Index> batch = take_apart(left, pass.rings);
                 if (batch.size() > most) batch.resize(most);
                 most -= batch.size();
-                std::vector<Index> leaving = batch;
-                if (together) add_off_beside(leaving);
+                const std::vector<Index> leaving = with_off_beside(batch, pass.together);
                 for (Index v : leaving)
                     place_[v] = {project(v, mesh_.positions[v]).point, hold_[v], Hold::home};
-                attempt(batch, leaving);
+                attempt(batch, leaving, pass.rings);
                 left = still_off(left);
             }
         }
         return wanted.size() - still_off(wanted).size();
     }
 
-    std::vector<std::uint8_t> put(std::span<const Place> wanted) {
-        std::vector<Index> left;
-        for (const Place& place : wanted) {
-            left.push_back(place.vertex);
-            place_[place.vertex] = {place.at, hold_[place.vertex], Hold::fixed};
-        }
-        while (!left.empty() && !budget_.exhausted()) {
-            const std::vector<Index> batch = take_apart(left);
-            attempt(batch, batch);
+    std::vector<std::uint8_t> put(std::span<const Place> wanted, std::size_t& most) {
+        for (const Place& place : wanted) place_[place.vertex] = {place.at, hold_[place.vertex], Hold::fixed};
+        for (int rings : {kRings, kRings + 1}) {
+            std::vector<Index> left;
+            for (const Place& place : wanted)
+                if (hold_[place.vertex] != Hold::fixed) left.push_back(place.vertex);
+            while (!left.empty() && most > 0 && !budget_.exhausted()) {
+                std::vector<Index> batch = take_apart(left, rings);
+                if (batch.size() > most) batch.resize(most);
+                most -= batch.size();
+                attempt(batch, batch, rings);
+            }
         }
         std::vector<std::uint8_t> is_there;
         for (const Place& place : wanted) is_there.push_back(hold_[place.vertex] == Hold::fixed);
@@ -113,13 +121,16 @@ class HomeReacher::Work {
         return surface_.project(surface_.associations()[v], query);
     }
 
-    void add_off_beside(std::vector<Index>& vertices) const {
-        for (std::size_t k = 0, whole = vertices.size(); k < whole; ++k)
-            for (CellCorner corner : topology_.vertex_cell[vertices[k]])
-                for (Index u : mesh_.cells[corner.cell])
-                    if (hold_[u] == Hold::drawn) vertices.push_back(u);
-        std::sort(vertices.begin(), vertices.end());
-        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    /// The vertices and what is off in so many rings of cells round them.
+    std::vector<Index> with_off_beside(const std::vector<Index>& vertices, int rings) {
+        std::vector<Index> all = vertices;
+        for (Index v : vertices)
+            for (Index c : cells_round(v, rings))
+                for (Index u : mesh_.cells[c])
+                    if (hold_[u] == Hold::drawn) all.push_back(u);
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+        return all;
     }
 
     std::vector<Index> still_off(std::span<const Index> vertices) const {
@@ -134,11 +145,11 @@ class HomeReacher::Work {
     }
 
     /// Moves from `left` those whose neighbourhoods share no cells.
-    std::vector<Index> take_apart(std::vector<Index>& left) {
+    std::vector<Index> take_apart(std::vector<Index>& left, int rings) {
         std::vector<Index> taken, rest;
         std::vector<std::uint8_t> is_used(mesh_.cell_count(), 0);
         for (Index v : left) {
-            const std::vector<Index> cells = cells_round(v, kRings + 2);
+            const std::vector<Index> cells = cells_round(v, rings + 2);
             if (std::any_of(cells.begin(), cells.end(), [&](Index c) { return is_used[c] != 0; })) {
                 rest.push_back(v);
                 continue;
@@ -184,12 +195,12 @@ class HomeReacher::Work {
     }
 
     /// Brings those in `leaving` to their places; `batch`: one of them in each neighbourhood.
-    void attempt(const std::vector<Index>& batch, const std::vector<Index>& leaving) {
+    void attempt(const std::vector<Index>& batch, const std::vector<Index>& leaving, int rings) {
         std::vector<std::uint8_t> moving(mesh_.vertex_count(), 0);
         is_leaving_.assign(mesh_.vertex_count(), 0);
         for (Index v : leaving) is_leaving_[v] = 1;
         for (Index v : batch)
-            for (Index c : cells_round(v, kRings))
+            for (Index c : cells_round(v, rings))
                 for (Index u : mesh_.cells[c]) {
                     moving[u] = movable_[u];
                     for (Index m : masters(u)) moving[m] = movable_[m];
@@ -217,9 +228,9 @@ class HomeReacher::Work {
         motion.update(kPull);
         Newton newton(part, mesh_.positions, &motion, budget_);
         untangle_regularised(newton, kUntangleRounds, budget_);
-        const double target = std::min(worst, options_.min_sj);
-        const double now = raise(part, newton, target);
-        if (now < target || drives_away(part) ||
+        const double floor = std::min(worst, options_.min_sj);
+        const double now = raise(part, newton, std::min(worst, std::max(options_.min_sj, kWorthRaising)));
+        if (now < floor || drives_away(part) ||
             deviation(part) > std::max(kDeviates * off_surface, kDeviates_h * mean_length(part)))
             take_back(part);
     }
@@ -230,7 +241,7 @@ class HomeReacher::Work {
         if (least < kHopeless * target) return least;
         NewtonOptions steps;
         steps.max_steps = kRaiseSteps;
-        steps.cg_tolerance = 1e-4;
+        steps.cg_tolerance = 1e-3;
         steps.min_relative_decrease = 1e-6;
         std::vector<Point> best(part.dof_count());
         for (const max_min::Strategy& how : max_min::kStrategies)
@@ -357,10 +368,12 @@ HomeReacher::HomeReacher(HexMesh& mesh, const Topology& topology, const Boundary
     : work_(std::make_unique<Work>(mesh, topology, surface, options, context)) {}
 HomeReacher::~HomeReacher() = default;
 
-std::size_t HomeReacher::reach(std::span<const Index> wanted, std::size_t most) {
+std::size_t HomeReacher::reach(std::span<const Index> wanted, std::size_t& most) {
     return work_->reach(wanted, most);
 }
 
-std::vector<std::uint8_t> HomeReacher::put(std::span<const Place> wanted) { return work_->put(wanted); }
+std::vector<std::uint8_t> HomeReacher::put(std::span<const Place> wanted, std::size_t& most) {
+    return work_->put(wanted, most);
+}
 
 } // namespace hexopt

@@ -31,17 +31,17 @@ class HomeReacher {
     HomeReacher& operator=(const HomeReacher&) = delete;
 
     /// Brings vertices that are off what they are bound to back to it, at first with all that is off beside
-    /// them. wanted: the most important first; where neighbourhoods overlap it has the first try. `most`:
-    /// neighbourhoods that may be tried. Returns how many are at home.
-    std::size_t reach(std::span<const Index> wanted, std::size_t most);
+    /// them. wanted: the most important first; where neighbourhoods overlap it has the first try. most: how
+    /// many neighbourhoods may be tried, less those that were. Returns how many are at home.
+    std::size_t reach(std::span<const Index> wanted, std::size_t& most);
 
     struct Place {
         Index vertex; ///< of the boundary; neither hangs nor is bound to a corner
         Point at;     ///< on what the vertex is bound to
     };
-    /// Puts vertices to places of theirs, where they stay. Each vertex once. Returns for each whether it is
-    /// there.
-    std::vector<std::uint8_t> put(std::span<const Place> wanted);
+    /// Puts vertices to places of theirs, where they stay. Each vertex once; where two rings of cells do
+    /// not do, three give way. Returns for each whether it is there. most: as above.
+    std::vector<std::uint8_t> put(std::span<const Place> wanted, std::size_t& most);
 
   private:
     class Work;
