@@ -6,6 +6,7 @@
 #include "pipeline/mesh_state.hpp"
 #include "pipeline/refine_to_count.hpp"
 #include "pipeline/repair_cells.hpp"
+#include "pipeline/rescue_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "stages/optimize/contact_guard.hpp"
 #include "stages/optimize/retreat.hpp"
@@ -275,26 +276,20 @@ class Attempts {
     Context& context_;
 };
 
-/// Lets what fails leave the surface and raises the worst cells of the best attempt.
-Status settle(MeshState& state, Domain& domain, const MeshOptions& options, const Saving& saving,
-              StageClock& clock, Context& context) {
+/// Lets what fails leave the surface and raises the worst cells of the best attempt; meshes anew where that
+/// was not enough.
+Status settle(MeshState& state, Domain& domain, const MeshOptions& options, const ComputePlace& place,
+              const Saving& saving, StageClock& clock, Context& context) {
     MeshAttempt& best = *state.best;
     bind_surface(domain, best.fitted); // the last attempt need not be the best
     if (!best.stats || state.phase == MeshPhase::settled) return Done{};
-    OptimizeOptions settling = options.optimize;
-    settling.time_limit_s = state.counts.optimize_s_left(options);
     begin_stage(context, "settle", progress::kOptimizeEnd, progress::kSettleEnd);
-    Status done = clock.run("settle", [&] {
-        return settle_mesh(best.fitted.mesh, best.topology, domain.model, best.fitted.unfitted, settling,
-                           *best.stats, state.settle, context);
-    });
-    state.counts.optimize_s += clock.times().back().seconds;
+    Status done = settle_attempt(best, domain, options, state.counts, state.settle, clock, context);
+    if (done) done = rescue_mesh(state, domain, options, place, clock, context);
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     state.phase = MeshPhase::settled;
-    if (done)
-        saving.save(state);
-    else
-        best.stats.reset();
+    if (!done) state.best->stats.reset();
+    if (state.best->stats) saving.save(state);
     return Done{};
 }
 
@@ -443,13 +438,16 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     const Saving saving{checkpoint, clock, context};
     if (Status done = Attempts(options, *place, *state, domain, saving, clock, context).run(leak); !done)
         return done.error();
-    if (Status done = settle(*state, domain, options, saving, clock, context); !done) return done.error();
+    if (Status done = settle(*state, domain, options, *place, saving, clock, context); !done)
+        return done.error();
     if (Status done = finish(*state, domain, options, outcome, clock, context); !done) return done.error();
     Topology topology;
     take_results(std::move(*state), outcome, topology);
     if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();
     if (Status done = measure(domain, topology, options, outcome, clock, context); !done) return done.error();
     name_patches(outcome.mesh, domain, context.parallel());
+    if (options.buffers && !outcome.buffer)
+        outcome.notes.emplace_back("Buffer layers were left out: with them not all cells became valid.");
     add_notes(outcome, domain, outcome.notes);
     return outcome;
 }
