@@ -2,6 +2,7 @@
 #include "mesh/topology.hpp"
 #include "samples/box_mesh.hpp"
 #include "stages/fit/curve_net.hpp"
+#include "stages/fit/curve_sides.hpp"
 #include "stages/fit/fit.hpp"
 
 #include <algorithm>
@@ -255,6 +256,52 @@ TriangleSoup make_cut_box(const Point& size, double cut) {
 }
 
 } // namespace
+
+TEST_CASE("fit: the patch left of a leg is the one that lies there seen from outside") {
+    Context context(1);
+    const auto domain = build_domain(turned(make_box(Point(1.1, 0.9, 0.8)), rotation(0.4, 0.3)), {}, context);
+    REQUIRE(domain);
+    const BoundaryModel& model = domain->model;
+    std::vector<double> sizes(model.corner_count(), 0.01);
+    const fit::CurveNet net = fit::make_curve_net(*domain, fit::find_small_features(*domain, sizes));
+    const std::vector<Index> left = fit::find_left_patches(*domain, net);
+    REQUIRE(left.size() == 12);
+    const auto centre_of = [&](Index patch) {
+        const auto [first, last] = model.patch_triangles(patch);
+        Point sum(0);
+        for (Index t = first; t < last; ++t)
+            for (const Point& corner : model.triangle(t)) sum += corner;
+        return sum / (3.0 * (last - first));
+    };
+    const Point body = [&] {
+        Point sum(0);
+        for (Index p = 0; p < 6; ++p) sum += centre_of(p) / 6.0;
+        return sum;
+    }();
+    for (Index l = 0; l < 12; ++l) {
+        REQUIRE(left[l] != kNoIndex);
+        const std::vector<Point>& points = net.legs[l].points;
+        const Point along = points.back() - points.front(), out = points.front() - body;
+        const Point side = centre_of(left[l]) - 0.5 * (points.front() + points.back());
+        // Seen from outside, with the leg running up, what lies left turns anticlockwise from it.
+        CHECK(glm::dot(glm::cross(along, side), out) > 0);
+    }
+}
+
+TEST_CASE("fit: curves have their own patches beside them where others are released") {
+    // Flat boxes, in cells that are too large for their sides: regions hold several patches.
+    Context context(1);
+    for (int trial = 0; trial < 40; ++trial) {
+        CAPTURE(trial);
+        const Point size(1.1, 0.9, 0.10 + 0.004 * trial);
+        const glm::dmat3 turn = rotation(0.1 + 0.31 * trial, 0.05 + 0.23 * trial);
+        auto domain = build_domain(turned(make_box(size), turn), {}, context);
+        REQUIRE(domain);
+        auto fitted = fit_boundary(make_staircase(size, turn, 35, 0.1), *domain, {}, context);
+        REQUIRE(fitted);
+        check_ridges(fitted->fitted, *domain);
+    }
+}
 
 TEST_CASE("fit: curves without vertices at their ends are followed in between") {
     Context context(1);

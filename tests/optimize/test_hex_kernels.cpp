@@ -67,7 +67,8 @@ double reference_energy(const RandomGroup& r, const HexGroup& g, int c) {
                    d = edge(hex::kTetEdge[t][2]);
         const double j = glm::dot(glm::cross(a, b), d);
         const double chi = (j + std::hypot(j, g.eps)) / 2;
-        sum += (glm::dot(a, a) + glm::dot(b, b) + glm::dot(d, d)) / (3 * std::pow(chi, 2.0 / 3));
+        sum +=
+            (glm::dot(a, a) + glm::dot(b, b) + glm::dot(d, d) + g.size_weight) / (3 * std::pow(chi, 2.0 / 3));
         const double sj = j / (glm::length(a) * glm::length(b) * glm::length(d));
         if (t % 4 == 0) penalty += std::pow(std::max(0.0, g.theta - sj), 2);
     }
@@ -91,18 +92,22 @@ TEST_CASE("a cube of the target size has energy 1 a tetrahedron") {
 TEST_CASE("energy agrees with the formula written with pow") {
     for (double distortion : {0.1, 0.5, 1.0}) {
         const RandomGroup r(kGroup, distortion, 7);
-        const HexGroup g = r.group(0.05, 3);
-        HexValue value;
-        hex_kernels().value(g, value);
-        for (int c = 0; c < g.count; ++c)
-            CHECK(value.energy[c] == Approx(reference_energy(r, g, c)).epsilon(1e-11));
+        HexGroup g = r.group(0.05, 3);
+        for (double size_weight : {0.0, 3.0}) {
+            g.size_weight = size_weight;
+            HexValue value;
+            hex_kernels().value(g, value);
+            for (int c = 0; c < g.count; ++c)
+                CHECK(value.energy[c] == Approx(reference_energy(r, g, c)).epsilon(1e-11));
+        }
     }
 }
 
 TEST_CASE("gradient agrees with central differences of the energy") {
     for (double penalty : {0.0, 5.0}) {
         RandomGroup r(5, 0.4, 3);
-        const HexGroup g = r.group(0.1, penalty);
+        HexGroup g = r.group(0.1, penalty);
+        g.size_weight = 0.3 * penalty;
         HexGradient gradient;
         hex_kernels().gradient(g, gradient);
         for (int c = 0; c < g.count; ++c)
@@ -121,7 +126,8 @@ TEST_CASE("gradient agrees with central differences of the energy") {
 
 TEST_CASE("the Hessian model is symmetric positive semidefinite and exact where only scale changes") {
     const RandomGroup r(kGroup, 0.6, 11);
-    const HexGroup g = r.group(0.1, 2);
+    HexGroup g = r.group(0.1, 2);
+    g.size_weight = 1;
     HexHessian hessian;
     hex_kernels().hessian(g, hessian);
     std::mt19937_64 random(5);

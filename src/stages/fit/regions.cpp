@@ -1,6 +1,7 @@
 #include "stages/fit/regions.hpp"
 
 #include "core/union_find.hpp"
+#include "stages/fit/curve_sides.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +87,8 @@ class RegionFinder {
     RegionFinder(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
                  const CurveNet& net, const Capture& capture, const Context& context)
         : surface_(surface), placed_(placed), domain_(domain), net_(net), capture_(capture),
-          nearest_(nearest_patches(surface, placed, domain, context)) {}
+          left_(find_left_patches(domain, net)), nearest_(nearest_patches(surface, placed, domain, context)) {
+    }
 
     Regions run() {
         regions_.released.assign(net_.curve_legs.size(), Release::none);
@@ -210,24 +212,60 @@ class RegionFinder {
 
     /// In a region of several patches the quads beside a curve belong to those that the curve bounds.
     void label_beside_ridges(UnionFind& patches) {
+        expected_.assign(surface_.edge.size(), {kNoIndex, kNoIndex});
+        for (Index l = 0; l < net_.legs.size(); ++l) expect_beside(capture_.path[l], l);
+        for (const Piece& piece : capture_.pieces) expect_beside(piece.path, piece.leg);
         for (Index e = 0; e < surface_.edge.size(); ++e) {
-            const Index c = regions_.edge_curve[e];
-            if (c == kNoIndex) continue;
-            const std::span<const Index> own = domain_.curve_patch[c];
-            const auto [q, r] = surface_.edge[e].quad;
-            if (own.size() == 2 && group_[q] != kNoIndex && group_[q] == group_[r] &&
-                patches.find(own[0]) == group_[q] && patches.find(own[1]) == group_[q]) {
-                const bool swap =
-                    offset(q, own[0]) + offset(r, own[1]) > offset(q, own[1]) + offset(r, own[0]);
-                regions_.quad_patch[q] = own[swap ? 1 : 0];
-                regions_.quad_patch[r] = own[swap ? 0 : 1];
-                continue;
+            if (regions_.edge_curve[e] == kNoIndex) continue;
+            const std::span<const Index> own = domain_.curve_patch[regions_.edge_curve[e]];
+            for (std::size_t side = 0; side < 2; ++side) {
+                const Index q = surface_.edge[e].quad[side];
+                const auto belongs = [&](Index p) { return p != kNoIndex && patches.find(p) == group_[q]; };
+                if (group_[q] == kNoIndex) continue;
+                if (expected_[e][side] == kNoIndex) {
+                    const auto found = std::find_if(own.begin(), own.end(), belongs);
+                    if (found != own.end()) regions_.quad_patch[q] = *found;
+                } else if (belongs(expected_[e][side])) {
+                    regions_.quad_patch[q] = expected_[e][side];
+                }
             }
-            for (Index side : {q, r})
-                for (Index p : own)
-                    if (group_[side] != kNoIndex && patches.find(p) == group_[side])
-                        regions_.quad_patch[side] = p;
         }
+    }
+
+    /// The patches that belong left and right of a path along a curve of two.
+    void expect_beside(const std::vector<Index>& path, Index l) {
+        const Index curve = net_.legs[l].curve;
+        const std::span<const Index> own = domain_.curve_patch[curve];
+        if (own.size() != 2) return;
+        const Index left = left_[l] != kNoIndex ? left_[l] : nearest_left(path, curve);
+        const Index right = own[0] == left ? own[1] : own[0];
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+            const Index e = find_edge(surface_, path[i], path[i + 1]);
+            if (regions_.edge_curve[e] != curve) continue;
+            const bool back = runs_backwards(surface_.edge[e].quad[0], path[i], path[i + 1]);
+            expected_[e] = {back ? right : left, back ? left : right};
+        }
+    }
+
+    /// Where the triangles do not tell: the patch that the quads on the left are nearer to than those on the
+    /// right.
+    Index nearest_left(const std::vector<Index>& path, Index curve) const {
+        const std::span<const Index> own = domain_.curve_patch[curve];
+        double first = 0, second = 0;
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+            auto [left, right] = surface_.edge[find_edge(surface_, path[i], path[i + 1])].quad;
+            if (runs_backwards(left, path[i], path[i + 1])) std::swap(left, right);
+            first += offset(left, own[0]) + offset(right, own[1]);
+            second += offset(left, own[1]) + offset(right, own[0]);
+        }
+        return own[second < first ? 1 : 0];
+    }
+
+    bool runs_backwards(Index q, Index from, Index to) const {
+        const Quad& quad = surface_.quad[q];
+        for (std::size_t i = 0; i < 4; ++i)
+            if (quad[i] == to && quad[(i + 1) % 4] == from) return true;
+        return false;
     }
 
     double offset(Index q, Index patch) const {
@@ -263,19 +301,22 @@ class RegionFinder {
         bool released = false;
         for (Index e = 0; e < surface_.edge.size(); ++e) {
             const Index c = regions_.edge_curve[e];
-            if (c == kNoIndex || !regions_.kept(c)) continue;
-            const std::span<const Index> own = domain_.curve_patch[c];
-            const auto [q, r] = surface_.edge[e].quad;
-            for (Index side : {q, r})
-                if (group_[side] == kNoIndex &&
-                    std::find(own.begin(), own.end(), regions_.quad_patch[side]) == own.end())
-                    regions_.released[c] = Release::sides;
-            const bool told_apart = group_[q] == kNoIndex || group_[r] == kNoIndex;
-            if (own.size() == 2 && told_apart && regions_.quad_patch[q] == regions_.quad_patch[r])
-                regions_.released[c] = Release::sides;
-            released |= !regions_.kept(c);
+            if (c == kNoIndex || !regions_.kept(c) || has_own_patches(e, c)) continue;
+            regions_.released[c] = Release::sides;
+            released = true;
         }
         return released;
+    }
+
+    /// Whether the patches beside an edge are its curve's, each on its side.
+    bool has_own_patches(Index e, Index curve) const {
+        const std::span<const Index> own = domain_.curve_patch[curve];
+        for (std::size_t side = 0; side < 2; ++side) {
+            const Index patch = regions_.quad_patch[surface_.edge[e].quad[side]];
+            if (std::find(own.begin(), own.end(), patch) == own.end()) return false;
+            if (own.size() == 2 && patch != expected_[e][side]) return false;
+        }
+        return true;
     }
 
     /// Drops edges of released curves that have not the curve's own patches beside them, and single edges
@@ -292,16 +333,9 @@ class RegionFinder {
     }
 
     bool fits(Index e, Index curve) const {
-        const std::span<const Index> own = domain_.curve_patch[curve];
-        std::array<Index, 2> beside;
-        for (int side = 0; side < 2; ++side) {
-            const Index q = surface_.edge[e].quad[side];
-            beside[side] = regions_.quad_patch[q];
-            if (beside[side] == kNoIndex || offset(q, beside[side]) > kLeak * size_of(q)) return false;
-        }
-        std::sort(beside.begin(), beside.end());
-        return own.size() == 1 ? beside[0] == own[0] && beside[1] == own[0]
-                               : own.size() == 2 && beside[0] == own[0] && beside[1] == own[1];
+        if (domain_.curve_patch[curve].size() > 2 || !has_own_patches(e, curve)) return false;
+        const auto is_near = [&](Index q) { return offset(q, regions_.quad_patch[q]) <= kLeak * size_of(q); };
+        return is_near(surface_.edge[e].quad[0]) && is_near(surface_.edge[e].quad[1]);
     }
 
     bool is_single(Index e, Index curve) const {
@@ -317,7 +351,10 @@ class RegionFinder {
     const CurveNet& net_;
     const Capture& capture_;
     std::vector<std::uint8_t> dropped_; ///< per edge: of a path, but not used
-    std::vector<Index> nearest_;
+    std::vector<Index> left_;           ///< per leg: patch on its left, kNoIndex where that is not known
+    std::vector<Index> nearest_;        ///< per quad
+    /// Per edge: patches of its quads that its curve asks for; only where that has two.
+    std::vector<std::array<Index, 2>> expected_;
     std::vector<Index> group_;                ///< per quad of a region of several patches: their group
     std::vector<std::array<Index, 2>> leaks_; ///< patches that no captured curve parts
     Regions regions_;

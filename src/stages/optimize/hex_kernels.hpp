@@ -8,8 +8,8 @@ namespace hexopt {
 inline constexpr int kGroup = 16;
 
 /// Up to kGroup cells and the energy they are measured with.
-///   E = shape_weight * weight * sum over tets S / (3 chi(J)^(2/3)) + penalty_weight * sum over corners
-///   (theta - SJ)+^2
+///   E = shape_weight * weight * sum over tets (S + size_weight) / (3 chi(J)^(2/3)) + penalty_weight * sum
+///   over corners (theta - SJ)+^2
 struct HexGroup {
     const Point* positions;        ///< of the whole mesh
     const Cell* cells;             ///< see cell_id
@@ -24,6 +24,9 @@ struct HexGroup {
     const Index* cell_id = nullptr; ///< places of the group's cells in `cells`; null: the first `count`
     /// 3 a place in `cells`: inverse target lengths along xi, eta, zeta relative to the cell's; null: 1.
     const float* inverse_stretch = nullptr;
+    /// Added to S, >= 0: what keeps cells from shrinking away, since S / chi^(2/3) of a cell that stays
+    /// inverted falls with its size. An ideal cell of the target size has S = 3.
+    double size_weight = 0;
 };
 
 struct HexValue {

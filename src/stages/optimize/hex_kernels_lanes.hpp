@@ -66,7 +66,7 @@ struct LaneTet {
     real counts;
 };
 
-inline LaneTet make_tet(const LaneCells& cells, int t, const real* length2, real& size2) {
+inline LaneTet make_tet(const LaneCells& cells, int t, const real* length2, const real& size_weight, real& size2) {
     LaneTet tet;
     const auto& e = hex::kTetEdge[t];
     tet.a = cells.edge[e[0]];
@@ -75,7 +75,7 @@ inline LaneTet make_tet(const LaneCells& cells, int t, const real* length2, real
     tet.ga = cross(tet.b, tet.c);
     tet.gb = cross(tet.c, tet.a);
     tet.gc = cross(tet.a, tet.b);
-    size2 = length2[e[0]] + length2[e[1]] + length2[e[2]];
+    size2 = length2[e[0]] + length2[e[1]] + length2[e[2]] + size_weight;
     tet.counts = tet_counts(cells, t);
     tet.jacobian = sel(tet.counts > real(0), dot(tet.a, tet.ga), real(1));
     return tet;
@@ -112,11 +112,12 @@ inline void lanes_value(const HexGroup& group, int first, HexValue& out) {
     load(group, first, cells);
     real length2[12];
     edge_lengths2(cells, length2);
-    const real eps(group.eps), theta(group.theta), penalty_weight(group.penalty_weight);
+    const real eps(group.eps), theta(group.theta), penalty_weight(group.penalty_weight),
+        size_weight(group.size_weight);
     real energy(0), penalty(0), least(lane_real(sizeof(lane_real) == 4 ? 1e38 : 1e300));
     for (int t = 0; t < 32; ++t) {
         real size2;
-        const LaneTet tet = make_tet(cells, t, length2, size2);
+        const LaneTet tet = make_tet(cells, t, length2, size_weight, size2);
         energy += tet_shape(size2, tet.jacobian, eps).energy * tet.counts;
         least = min(least, sel(tet.counts > real(0), tet.jacobian, least));
         if (group.penalty_weight > 0 && is_corner_tet(t)) {
@@ -136,7 +137,8 @@ inline void lanes_gradient(const HexGroup& group, int first, HexGradient& out) {
     load(group, first, cells);
     real length2[12];
     edge_lengths2(cells, length2);
-    const real eps(group.eps), theta(group.theta), penalty_weight(group.penalty_weight);
+    const real eps(group.eps), theta(group.theta), penalty_weight(group.penalty_weight),
+        size_weight(group.size_weight);
     const real factor = cells.weight * real(group.shape_weight);
     real energy(0), penalty(0), least(lane_real(sizeof(lane_real) == 4 ? 1e38 : 1e300));
     rvec3 slope[12];
@@ -144,7 +146,7 @@ inline void lanes_gradient(const HexGroup& group, int first, HexGradient& out) {
     for (int t = 0; t < 32; ++t) {
         const auto& e = hex::kTetEdge[t];
         real size2;
-        const LaneTet tet = make_tet(cells, t, length2, size2);
+        const LaneTet tet = make_tet(cells, t, length2, size_weight, size2);
         const TetShape shape = tet_shape(size2, tet.jacobian, eps);
         energy += shape.energy * tet.counts;
         least = min(least, sel(tet.counts > real(0), tet.jacobian, least));
@@ -303,13 +305,14 @@ inline void lanes_hessian(const HexGroup& group, int first, HexHessian& out) {
     load(group, first, cells);
     real length2[12];
     edge_lengths2(cells, length2);
-    const real eps(group.eps), theta(group.theta), penalty_weight(group.penalty_weight);
+    const real eps(group.eps), theta(group.theta), penalty_weight(group.penalty_weight),
+        size_weight(group.size_weight);
     const real factor = cells.weight * real(group.shape_weight);
     EdgeHessian edges;
     __builtin_memset(&edges, 0, sizeof edges);
     for (int t = 0; t < 32; ++t) {
         real size2;
-        const LaneTet tet = make_tet(cells, t, length2, size2);
+        const LaneTet tet = make_tet(cells, t, length2, size_weight, size2);
         add_tet(edges, t, tet, tet_shape(size2, tet.jacobian, eps), factor * tet.counts);
         if (group.penalty_weight > 0 && is_corner_tet(t))
             add_penalty(edges, t, make_penalty(tet, length2, t, theta), penalty_weight);

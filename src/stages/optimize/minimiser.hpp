@@ -13,6 +13,7 @@ struct Objective {
     double shape_weight = 1;
     double penalty_weight = 0;
     double theta = 0;
+    double size_weight = 0; ///< only where the engine keeps_sizes()
 };
 
 /// A vertex at the end of its range weighs as much as a hundred tetrahedra or a corner 0.14 below the
@@ -91,6 +92,8 @@ class Engine {
     /// Whether parts that share no cells are better minimised one by one: each then has its own steps and its
     /// own regularisation. Devices need everything at once.
     virtual bool takes_parts() const { return true; }
+    /// Whether Objective::size_weight is known.
+    virtual bool keeps_sizes() const { return true; }
 };
 
 class HostEngine final : public Engine {

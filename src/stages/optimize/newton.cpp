@@ -32,7 +32,8 @@ HexGroup group_of(const Problem& problem, const Objective& objective, std::span<
             objective.penalty_weight,
             objective.theta,
             &problem.cell_id()[begin],
-            problem.inverse_stretch()};
+            problem.inverse_stretch(),
+            objective.size_weight};
 }
 
 } // namespace

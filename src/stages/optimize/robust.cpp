@@ -33,6 +33,9 @@ constexpr int kPoorRings = 3;
 constexpr int kQuickRounds = 2; ///< of the first pass
 /// Of the second one with a fresh boundary: what is bad after that mostly stays so.
 constexpr int kFreshRounds = 12;
+/// Of cells with a fresh boundary (HexGroup::size_weight), first and where they stay tangled: without it
+/// cells that slide freely shrink to a point round any place that cannot be untangled.
+constexpr double kSizeWeight = 1, kTangledSizeWeight = 3;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
@@ -161,8 +164,8 @@ class RobustRun {
         finish_untangling(*newton);
     }
 
-    void finish_untangling(Minimiser& newton, int max_rounds = kMaxUntangleRounds) {
-        const UntangleResult result = untangle_regularised(newton, max_rounds, budget_);
+    void finish_untangling(Minimiser& newton, int max_rounds = kMaxUntangleRounds, double size_weight = 0) {
+        const UntangleResult result = untangle_regularised(newton, max_rounds, budget_, size_weight);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         eps_ = result.eps;
@@ -186,6 +189,7 @@ class RobustRun {
     }
 
     void set_up_sliding() {
+        if (options_.fresh_boundary) unmoved_ = positions_;
         const double diagonal = surface_->diagonal();
         const double deviation =
             (options_.max_deviation_rel > 0 ? options_.max_deviation_rel : kSlidingDeviationRel) * diagonal;
@@ -253,17 +257,19 @@ class RobustRun {
     /// Untangles with the given vertices movable. Quick: the last rounds only round what is still bad.
     void slide_vertices(const std::vector<std::uint8_t>& moving, int narrowing) {
         const bool quick = options_.effort == Effort::quick && narrowing == 0;
-        untangle_sliding(moving, quick ? kQuickRounds : kMaxUntangleRounds);
+        const bool sized = options_.fresh_boundary && engine_.keeps_sizes();
+        untangle_sliding(moving, quick ? kQuickRounds : kMaxUntangleRounds, sized ? kSizeWeight : 0);
         if (!quick) return;
         const std::vector<Index> bad = bad_cells();
         if (bad.empty()) return;
         const std::vector<Point> before = positions_;
         untangle_sliding(movable_neighbourhood(mesh_, topology_, movement_.movable, bad, kPoorRings),
-                         options_.fresh_boundary ? kFreshRounds : kMaxUntangleRounds);
+                         options_.fresh_boundary ? kFreshRounds : kMaxUntangleRounds,
+                         sized ? kTangledSizeWeight : 0);
         if (bad_cells().size() > bad.size()) positions_ = before;
     }
 
-    void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds) {
+    void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds, double size_weight) {
         Problem whole(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch);
         std::vector<Problem> parts;
         if (engine_.takes_parts())
@@ -273,7 +279,8 @@ class RobustRun {
         double eps = 0;
         for (Problem& part : parts) {
             SurfaceMotion motion(part, *surface_, limits_, movement_.tangents);
-            finish_untangling(*engine_.open(part, positions_, &motion), max_rounds);
+            if (size_weight > 0) part.update_lengths(unmoved_, budget_.parallel());
+            finish_untangling(*engine_.open(part, positions_, &motion), max_rounds, size_weight);
             eps = std::max(eps, eps_);
         }
         eps_ = eps;
@@ -308,6 +315,7 @@ class RobustRun {
     OptimizeStats& stats_;
     std::vector<float> inverse_stretch_; ///< 3 a cell, empty for cubes
     Movement movement_;
+    std::vector<Point> unmoved_; ///< positions that cells have their sizes from; fresh boundaries only
     SurfaceLimits limits_;
     std::optional<DeviationGuard> guard_;
     double band_ = 0;

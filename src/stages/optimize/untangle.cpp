@@ -12,6 +12,8 @@ namespace {
 constexpr double kStartEps = 0.05;
 constexpr double kLeastEps = 1e-5; ///< while anything is tangled
 constexpr int kMaxStalledRounds = 6;
+/// Of size_weight, once nothing is tangled: then shape counts.
+constexpr double kValidSizeShare = 0.1;
 
 } // namespace
 
@@ -62,18 +64,20 @@ int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Bu
     return cg.iterations;
 }
 
-UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& budget) {
+UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& budget, double size_weight) {
+    const bool has_sizes = size_weight > 0;
     UntangleResult result;
     const Resolution resolution = newton.resolution();
-    newton.update_lengths();
+    if (!has_sizes) newton.update_lengths();
     Objective objective;
+    objective.size_weight = size_weight;
     // A valid mesh must not be let through the barrier again.
     objective.eps =
         newton.evaluate(objective).min_jacobian > resolution.least_valid ? resolution.valid_eps : kStartEps;
     NewtonOptions options;
     int valid_rounds = 0, stalled_rounds = 0;
     for (result.rounds = 0; result.rounds < max_rounds && !budget.exhausted(); ++result.rounds) {
-        newton.update_lengths();
+        if (!has_sizes) newton.update_lengths();
         const NewtonResult step = newton.minimise(objective, options);
         result.newton_steps += step.steps;
         result.cg_iterations += step.cg_iterations;
@@ -87,6 +91,7 @@ UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& b
         if (step.end.min_jacobian > resolution.least_valid) {
             stalled_rounds = 0;
             objective.eps = resolution.valid_eps;
+            objective.size_weight = kValidSizeShare * size_weight;
             if (++valid_rounds > 1 && decrease < 2e-3) break;
             continue;
         }

@@ -22,6 +22,10 @@ struct UntangleResult {
 inline constexpr int kMaxUntangleRounds = 24;
 
 /// Minimises the regularised shape energy while eps falls (Garanzha et al. 2021, with eps <= 0.2 |min J|).
-UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& budget);
+/// size_weight 0: cells have no size, target lengths follow them from round to round. Above 0
+/// (HexGroup::size_weight; a tenth of it once all are valid): target lengths are those of the problem that
+/// `newton` was opened on, and stay.
+UntangleResult untangle_regularised(Minimiser& newton, int max_rounds, Budget& budget,
+                                    double size_weight = 0);
 
 } // namespace hexopt
