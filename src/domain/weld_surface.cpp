@@ -1,5 +1,6 @@
 #include "domain/weld_surface.hpp"
 
+#include "core/union_find.hpp"
 #include "domain/box_tree.hpp"
 #include "domain/closest_point.hpp"
 
@@ -18,6 +19,9 @@ using Edge = std::array<Index, 2>; ///< in the direction of its triangle
 
 constexpr const char* kStage = "weld";
 constexpr int kMaxRounds = 8;
+/// Open edges are joined as a whole where both ends are within so many tolerances and so much of the shorter
+/// one of those of another.
+constexpr double kPairReach = 10, kPairShare = 0.3;
 
 Status check(const TriangleSoup& soup, double tolerance) {
     if (!(tolerance >= 0))
@@ -53,6 +57,13 @@ class Welder {
         out_.report.open_edges_before = find_open().size();
         out_.report.dropped_triangles += drop_flaps();
         std::vector<OpenEdge> open = find_open();
+        for (int round = 0; round < kMaxRounds && !open.empty() && !context.is_cancelled(); ++round) {
+            const std::size_t joined = join_edges(open);
+            if (joined == 0) break;
+            out_.report.merged_vertices += joined;
+            out_.report.dropped_triangles += drop_collapsed();
+            open = find_open();
+        }
         for (int round = 0; round < kMaxRounds && !open.empty() && !context.is_cancelled(); ++round) {
             const std::size_t merged = merge_near(open);
             out_.report.merged_vertices += merged;
@@ -198,6 +209,91 @@ class Welder {
         found.tree = BoxTree(frame);
         found.root = found.tree.add_tree(boxes, 0, found.order);
         return found;
+    }
+
+    /// How far apart the ends of two edges are, in the order that has them nearer.
+    struct Apart {
+        double distance;
+        bool is_reversed;
+    };
+    Apart measure_apart(const Edge& e, const Edge& f) const {
+        const auto far = [&](Index a, Index b, Index c, Index d) {
+            const std::vector<Point>& x = out_.soup.vertices;
+            return std::max(glm::distance(x[a], x[b]), glm::distance(x[c], x[d]));
+        };
+        const double along = far(e[0], f[0], e[1], f[1]), against = far(e[0], f[1], e[1], f[0]);
+        return {std::min(along, against), against <= along};
+    }
+
+    /// Joins open edges that are nearest to one another, farther apart than single vertices are merged.
+    std::size_t join_edges(const std::vector<OpenEdge>& open) {
+        const double reach = kPairReach * tolerance_;
+        std::vector<Box> boxes(open.size());
+        Box frame;
+        const auto middle = [&](const OpenEdge& e) {
+            return 0.5 * (out_.soup.vertices[e.edge[0]] + out_.soup.vertices[e.edge[1]]);
+        };
+        for (std::size_t i = 0; i < open.size(); ++i) boxes[i].add(middle(open[i])), frame.add(boxes[i]);
+        std::vector<Index> order;
+        BoxTree tree(frame);
+        const Index root = tree.add_tree(boxes, 0, order);
+        const auto length = [&](Index i) {
+            return glm::distance(out_.soup.vertices[open[i].edge[0]], out_.soup.vertices[open[i].edge[1]]);
+        };
+        std::vector<Index> partner(open.size(), kNoIndex);
+        for (Index i = 0; i < open.size(); ++i) {
+            double best = std::min(reach, kPairShare * length(i));
+            tree.visit_near(root, middle(open[i]), reach * reach, [&](Index first, Index last) {
+                for (Index k = first; k < last; ++k) {
+                    const Index j = order[k];
+                    if (open[j].triangle == open[i].triangle) continue;
+                    const double apart = measure_apart(open[i].edge, open[j].edge).distance;
+                    if (apart < best && apart <= kPairShare * length(j)) best = apart, partner[i] = j;
+                }
+            });
+        }
+        UnionFind groups(out_.soup.vertices.size());
+        std::size_t merged = 0;
+        for (Index i = 0; i < open.size(); ++i) {
+            const Index j = partner[i];
+            if (j == kNoIndex || j < i || partner[j] != i) continue;
+            const Edge &e = open[i].edge, &f = open[j].edge;
+            const bool reversed = measure_apart(e, f).is_reversed;
+            for (int k = 0; k < 2; ++k) merged += join(groups, e[k], f[reversed ? 1 - k : k], e, f);
+        }
+        take_means(groups);
+        return merged;
+    }
+
+    /// Makes one vertex of each group, in the middle of its triangles' corners.
+    void take_means(UnionFind& groups) {
+        std::vector<Point>& x = out_.soup.vertices;
+        std::vector<std::uint8_t> is_joined(x.size(), 0);
+        for (Index v = 0; v < x.size(); ++v)
+            if (groups.find(v) != v) is_joined[groups.find(v)] = 1;
+        std::vector<Point> sum(x.size(), Point(0));
+        std::vector<double> count(x.size(), 0);
+        for (Triangle& t : out_.soup.triangles)
+            for (Index& v : t) {
+                const Index group = groups.find(v);
+                sum[group] += x[v];
+                count[group] += 1;
+                v = group;
+            }
+        for (Index v = 0; v < x.size(); ++v)
+            if (is_joined[v] && count[v] > 0) x[v] = sum[v] / count[v];
+    }
+
+    /// 0 where the ends are together or an edge would collapse.
+    static std::size_t join(UnionFind& groups, Index a, Index b, const Edge& e, const Edge& f) {
+        const Index low = groups.find(a), high = groups.find(b);
+        if (low == high) return 0;
+        for (const Edge& edge : {e, f}) {
+            const Index from = groups.find(edge[0]), to = groups.find(edge[1]);
+            if ((from == low && to == high) || (from == high && to == low)) return 0;
+        }
+        groups.join(a, b);
+        return 1;
     }
 
     /// Moves each open vertex onto the lowest-numbered one within the tolerance that stays where it is.

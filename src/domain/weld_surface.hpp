@@ -20,9 +20,10 @@ struct WeldedSurface {
 };
 
 /// Drops flaps (triangles no higher than `tolerance` with two open edges, laid upon an edge of two others).
-/// Closes cracks: merges vertices of open edges (used by one triangle) that are within `tolerance` of one
-/// another, then cuts triangles whose open edges pass other open vertices within it. Closed parts stay as
-/// they are. tolerance: model units, >= 0; to be well below the cell size. Deterministic. Errors: usage (a
+/// Closes cracks: joins open edges (used by one triangle) that are nearest to one another, both ends within
+/// 10 times `tolerance` and 0.3 of the shorter one; merges vertices of open edges that are within `tolerance`
+/// of one another, then cuts triangles whose open edges pass other open vertices within it. Closed parts stay
+/// as they are. tolerance: model units, >= 0; to be well below the cell size. Deterministic. Errors: usage (a
 /// negative tolerance), bad_input (an id out of range, a coordinate that is not finite), cancelled.
 Result<WeldedSurface> weld_surface(const TriangleSoup& soup, double tolerance, Context& context);
 

@@ -65,6 +65,33 @@ TEST_CASE("weld: a torn sphere closes again and keeps its triangles") {
     }
 }
 
+TEST_CASE("weld: whole edges are joined over wider gaps than vertices, holes of that width are left") {
+    Context context(1);
+    Random random(9);
+    const TriangleSoup sphere = make_sphere(12);
+    for (double gap : {1e-3, 3e-3, 6e-3}) {
+        CAPTURE(gap);
+        auto welded = weld_surface(torn(sphere, gap, random), gap / 4, context);
+        REQUIRE(welded);
+        CHECK(welded->report.open_edges_after == 0);
+        CHECK(welded->soup.triangles.size() == sphere.triangles.size());
+        CHECK(welded->report.dropped_triangles == 0);
+    }
+    // Of a strip of squares of 0.1 one is missing: its sides face one another 10 tolerances apart.
+    TriangleSoup strip;
+    for (int i = 0; i <= 5; ++i)
+        for (int j = 0; j < 2; ++j) strip.vertices.emplace_back(0.1 * i, 0.1 * j, 0);
+    for (Index i = 0; i < 5; ++i)
+        if (i != 2) {
+            strip.triangles.push_back({2 * i, 2 * i + 2, 2 * i + 1});
+            strip.triangles.push_back({2 * i + 1, 2 * i + 2, 2 * i + 3});
+        }
+    auto holed = weld_surface(strip, 0.0101, context);
+    REQUIRE(holed);
+    CHECK(holed->report.merged_vertices == 0);
+    CHECK(holed->report.open_edges_after == holed->report.open_edges_before);
+}
+
 TEST_CASE("weld: gaps wider than the tolerance and closed parts stay") {
     Context context(1);
     Random random(8);
