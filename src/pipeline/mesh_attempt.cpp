@@ -2,6 +2,7 @@
 
 #include "domain/boundary_model_builder.hpp"
 #include "mesh/validate_structure.hpp"
+#include "pipeline/carry_positions.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "quality/cell_quality.hpp"
@@ -87,9 +88,9 @@ Status insert_layers(MeshAttempt& attempt, const Domain& domain, const MeshOptio
     return Done{};
 }
 
-Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const MeshOptions& options,
-                           const ComputePlace& place, AttemptCounts& counts, StageClock& clock,
-                           Context& context) {
+Status optimize_on_surface(MeshAttempt& attempt, const MeshAttempt* earlier, const Domain& domain,
+                           const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
+                           StageClock& clock, Context& context) {
     HexMesh& mesh = attempt.fitted.mesh;
     attempt.topology = clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
     attempt.start = mesh.positions;
@@ -98,6 +99,9 @@ Status optimize_on_surface(MeshAttempt& attempt, const Domain& domain, const Mes
     on_surface.time_limit_s = counts.optimize_s_left(options);
     begin_stage(context, "optimize", progress::kBufferEnd, progress::kOptimizeEnd);
     auto stats = clock.run("optimize", [&] {
+        std::vector<std::uint8_t> carried;
+        if (earlier) carried = carry_positions(*earlier, attempt, context.parallel());
+        on_surface.finished_cells = carried;
         const auto target = place.target();
         return optimize(mesh, attempt.topology, &domain.model, on_surface, context,
                         target ? &*target : nullptr);
@@ -144,11 +148,12 @@ Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, c
     return attempt;
 }
 
-Status optimize_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& options,
-                        const ComputePlace& place, AttemptCounts& counts, StageClock& clock,
-                        Context& context) {
+Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain& domain,
+                        const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
+                        StageClock& clock, Context& context) {
     bind_surface(domain, attempt.fitted);
-    if (Status done = optimize_on_surface(attempt, domain, options, place, counts, clock, context); !done)
+    if (Status done = optimize_on_surface(attempt, earlier, domain, options, place, counts, clock, context);
+        !done)
         return done;
     attempt.failed = clock.run("check", [&] {
         return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());

@@ -48,10 +48,11 @@ Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, c
                                   AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak);
 
 /// Binds domain.model to what begin_attempt() made, optimizes it on the surface (on `place`) and finds what
-/// failed. Cancelled: no error but an attempt without stats. Errors: out_of_memory.
-Status optimize_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& options,
-                        const ComputePlace& place, AttemptCounts& counts, StageClock& clock,
-                        Context& context);
+/// failed. earlier: goes on from what that attempt came to wherever the two are the same; may be null.
+/// Cancelled: no error but an attempt without stats. Errors: out_of_memory.
+Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain& domain,
+                        const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
+                        StageClock& clock, Context& context);
 
 /// Binds domain.model to the vertices of a fitted mesh.
 void bind_surface(Domain& domain, const FittedMesh& fitted);

@@ -22,6 +22,9 @@ namespace {
 constexpr std::size_t kMostGrowth = 3;
 /// Attempts after the best one that may be no better than it.
 constexpr std::ptrdiff_t kMostInVain = 2;
+/// Where more than this share of the cells fails, one attempt that leaves more than kWorthwhile of the
+/// fewest failed so far is the last: refining does not mend what fails all over.
+constexpr double kManyFailed = 3e-3, kWorthwhile = 0.8;
 /// Of the optimizer's time limit after which no attempt begins: what is left is for settling.
 constexpr double kRepairTimeShare = 0.5;
 /// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
@@ -167,8 +170,8 @@ class Attempts {
     /// Ends the attempt under way and prepares the next one.
     Status optimize() {
         MeshAttempt& current = *state_.current;
-        if (Status done =
-                optimize_attempt(current, domain_, options_, place_, state_.counts, clock_, context_);
+        if (Status done = optimize_attempt(current, state_.best ? &*state_.best : nullptr, domain_, options_,
+                                           place_, state_.counts, clock_, context_);
             !done)
             return done;
         const bool is_cancelled = !current.stats;
@@ -195,7 +198,16 @@ class Attempts {
         const auto best = std::min_element(
             state_.attempts.begin(), state_.attempts.end(),
             [](const AttemptCount& a, const AttemptCount& b) { return a.failed < b.failed; });
-        return state_.attempts.end() - best > kMostInVain;
+        return state_.attempts.end() - best > kMostInVain || is_hopeless();
+    }
+
+    bool is_hopeless() const {
+        const auto& attempts = state_.attempts;
+        const AttemptCount& last = attempts.back();
+        if (!(static_cast<double>(last.failed) > kManyFailed * static_cast<double>(last.cells))) return false;
+        return std::any_of(attempts.begin(), attempts.end() - 1, [&](const AttemptCount& a) {
+            return static_cast<double>(last.failed) > kWorthwhile * static_cast<double>(a.failed);
+        });
     }
 
     /// Whether cells fail that are few and only need the surface to be left by next to nothing.

@@ -74,7 +74,8 @@ class Rescue {
     Result<MeshAttempt> try_again(const MeshOptions& options, SettleReport& report) {
         auto next = begin_attempt(state_.refined, domain_, options, state_.counts, clock_, context_, nullptr);
         if (!next) return next;
-        if (Status done = optimize_attempt(*next, domain_, options, place_, state_.counts, clock_, context_);
+        if (Status done =
+                optimize_attempt(*next, nullptr, domain_, options, place_, state_.counts, clock_, context_);
             !done)
             return done.error();
         if (!next->stats) return make_error(ErrorCode::cancelled, "settle", "", "cancelled");

@@ -30,7 +30,7 @@ struct Broken {
         state.emplace(std::move(*refined));
         auto attempt = begin_attempt(state->refined, domain, options, state->counts, clock, context, nullptr);
         REQUIRE(attempt);
-        REQUIRE(optimize_attempt(*attempt, domain, options, {}, state->counts, clock, context));
+        REQUIRE(optimize_attempt(*attempt, nullptr, domain, options, {}, state->counts, clock, context));
         REQUIRE(attempt->failed.empty());
         HexMesh& mesh = attempt->fitted.mesh;
         const Point middle = mesh.positions[mesh.cells[0][6]];

@@ -10,7 +10,9 @@ namespace hexopt {
 namespace {
 
 constexpr int kRings = 3;
-constexpr int kRounds = 8;
+constexpr int kRounds = 4;
+/// More at once in one part never all got home: one that cannot holds the others back.
+constexpr std::size_t kMostAtOnce = 20;
 constexpr double kPull = 10; ///< on those that stay away
 
 class BringHome {
@@ -110,20 +112,35 @@ class BringHome {
     std::vector<Index> quads_;
 };
 
+std::vector<std::uint8_t> neighbourhood(const AwayMesh& away, std::span<const Index> vertices) {
+    std::vector<Index> cells;
+    for (Index v : vertices)
+        for (CellCorner corner : away.topology->vertex_cell[v]) cells.push_back(corner.cell);
+    return movable_neighbourhood(*away.mesh, *away.topology, away.movable, cells, kRings);
+}
+
+/// Those of which not too many share a part.
+std::vector<Index> drop_crowds(const AwayMesh& away, std::vector<Index> leaving) {
+    const Problem problem(*away.mesh, *away.topology, neighbourhood(away, leaving));
+    UnionFind parts = find_dof_parts(problem);
+    std::vector<std::size_t> count(problem.dof_count(), 0);
+    for (Index v : leaving) ++count[parts.find(problem.vertex_dof(v))];
+    std::erase_if(leaving, [&](Index v) { return count[parts.find(problem.vertex_dof(v))] > kMostAtOnce; });
+    return leaving;
+}
+
 } // namespace
 
 std::size_t bring_home(const AwayMesh& away, EntityKind kind, double least_sj, std::vector<Point>& positions,
                        std::vector<Hold>& hold, Budget& budget) {
     const auto bound = away.surface->associations();
-    std::vector<Index> leaving, cells;
-    for (Index v = 0; v < hold.size(); ++v) {
-        if (hold[v] != Hold::drawn || bound[v].kind != kind || !away.movable[v]) continue;
-        leaving.push_back(v);
-        for (CellCorner corner : away.topology->vertex_cell[v]) cells.push_back(corner.cell);
-    }
+    std::vector<Index> leaving;
+    for (Index v = 0; v < hold.size(); ++v)
+        if (hold[v] == Hold::drawn && bound[v].kind == kind && away.movable[v]) leaving.push_back(v);
+    leaving = drop_crowds(away, std::move(leaving));
     if (leaving.empty() || budget.exhausted()) return 0;
-    const auto moving = movable_neighbourhood(*away.mesh, *away.topology, away.movable, cells, kRings);
-    const std::size_t home = BringHome(away, moving, positions, hold, budget).run(leaving, least_sj);
+    const std::size_t home =
+        BringHome(away, neighbourhood(away, leaving), positions, hold, budget).run(leaving, least_sj);
     budget.context().log(LogLevel::debug, fmt::format("{} of {} brought home", home, leaving.size()));
     return home;
 }

@@ -18,7 +18,8 @@ struct AwayMesh {
 
 /// Puts all vertices of a kind that are still drawn home at once and untangles round them, whatever that does
 /// to their cells at first. Parts that share no cells are judged one by one: those that do not get valid
-/// with a scaled Jacobian of at least `least_sj` (or as good as before), or come into contact, go back.
+/// with a scaled Jacobian of at least `least_sj` (or as good as before), or come into contact, go back. Where
+/// many share a part none is tried.
 /// Returns how many vertices came home.
 std::size_t bring_home(const AwayMesh& away, EntityKind kind, double least_sj, std::vector<Point>& positions,
                        std::vector<Hold>& hold, Budget& budget);

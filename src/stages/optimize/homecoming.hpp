@@ -1,8 +1,7 @@
 #pragma once
 
 #include "stages/optimize/boundary_contacts.hpp"
-#include "stages/optimize/home_motion.hpp"
-#include "stages/optimize/newton.hpp"
+#include "stages/optimize/home_draw.hpp"
 
 namespace hexopt {
 
@@ -12,36 +11,32 @@ class Homecoming {
   public:
     /// positions: of the mesh, valid; hold: per vertex, how it is held now, the drawn ones are to come home.
     /// allowed: what is in contact at the start is added.
-    Homecoming(Problem& problem, const BoundaryModel& surface, const BoundaryContacts& contacts,
-               std::vector<Point>& positions, std::vector<Hold>& hold, AllowedContacts& allowed,
-               Budget& budget);
+    Homecoming(Problem& problem, const Topology& topology, const BoundaryModel& surface,
+               const BoundaryContacts& contacts, std::vector<Point>& positions, std::vector<Hold>& hold,
+               AllowedContacts& allowed, Budget& budget);
 
     void run();
 
   private:
-    struct Step {
-        double pull;
-        double least_sj; ///< for which a vertex is put home though its cells become worse
-    };
-    bool try_step(const Step& step);
-    void put_home(double least_sj);
-    bool comes_home(Index dof, double least_sj);
-    double least_sj_around(Index dof) const;
+    std::vector<std::uint8_t> vertices_round_away(std::span<const Hold> hold_last) const;
+    void draw(std::span<const std::uint8_t> moving, const HomeStep& step);
+    void redo_contacts(const HomeStep& step);
+    std::vector<std::uint8_t> take_back_near(std::vector<Index> cells);
     std::vector<Index> new_contacts() const;
 
     Problem& problem_;
+    const Topology& topology_;
     const BoundaryModel& surface_;
     const BoundaryContacts& contacts_;
     std::vector<Point>& positions_;
     std::vector<Hold>& hold_;
     AllowedContacts& allowed_;
     Budget& budget_;
-    std::vector<Point> anchor_;
+    const std::vector<Point> anchor_;
+    std::vector<std::uint8_t> is_dof_; ///< per vertex
     std::vector<Index> moving_quads_;
-    Csr<Index> dof_cell_; ///< cells of the problem that depend on a dof
-    Csr<Index> dof_row_;  ///< rows of mesh.hanging that depend on a dof
-    HomeMotion motion_;
-    Newton newton_;
+    std::vector<Point> before_; ///< the step under way
+    std::vector<Hold> hold_before_;
 };
 
 } // namespace hexopt

@@ -45,6 +45,8 @@ Status check_combination(const OptimizeOptions& o) {
     const auto usage = [](const char* reason) {
         return make_error(ErrorCode::usage, "optimize", "", reason);
     };
+    if (!o.finished_cells.empty() && o.effort != Effort::quick)
+        return usage("finished cells belong to the quick effort");
     if (o.method == OptimizeMethod::thesis) {
         if (o.boundary == BoundaryMode::slide)
             return usage(
@@ -83,6 +85,9 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
     if (const Status status = check_combination(o); !status) return status.error();
     if (!o.target_lengths.empty() && o.target_lengths.size() != mesh.cell_count())
         return usage("target lengths are given for " + std::to_string(o.target_lengths.size()) +
+                     " cells, not " + std::to_string(mesh.cell_count()));
+    if (!o.finished_cells.empty() && o.finished_cells.size() != mesh.cell_count())
+        return usage("finished cells are named for " + std::to_string(o.finished_cells.size()) +
                      " cells, not " + std::to_string(mesh.cell_count()));
     for (std::size_t c = 0; c < o.target_lengths.size(); ++c) {
         const auto [least, largest] =

@@ -64,6 +64,9 @@ struct OptimizeOptions {
     /// Per cell of the mesh, along xi, eta and zeta; only their ratios count: the ideal cell is a box of
     /// these proportions. Empty: cubes. Robust method on the host only; must outlive the run.
     std::span<const std::array<double, 3>> target_lengths;
+    /// Per cell: 1 where an earlier run with a fresh boundary and the same options ended as the input is, all
+    /// round: only what is bad moves there. Empty: nowhere. Effort::quick only; must outlive the run.
+    std::span<const std::uint8_t> finished_cells;
     bool max_min = true; ///< final stage that raises the worst cells; robust method only
     double min_sj = 1;   ///< stop once the minimum scaled Jacobian reaches this; -1..1
     double time_limit_s = std::numeric_limits<double>::infinity();

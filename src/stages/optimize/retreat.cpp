@@ -187,7 +187,8 @@ class Retreat {
             if (hold_[v] == Hold::anchored) hold_[v] = Hold::drawn;
         AllowedContacts allowed;
         for (Problem& part : Problem::split(Problem(mesh_, topology_, movable_))) {
-            Homecoming homecoming(part, surface_, apart_, mesh_.positions, hold_, allowed, budget_);
+            Homecoming homecoming(part, topology_, surface_, apart_, mesh_.positions, hold_, allowed,
+                                  budget_);
             homecoming.run();
         }
         const AwayMesh away{&mesh_, &topology_, &surface_, &apart_, &allowed, movable_};

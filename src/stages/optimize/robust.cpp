@@ -176,8 +176,13 @@ class RobustRun {
     void slide_where_needed() {
         budget_.context().report("slide", 0.02);
         set_up_sliding();
-        const std::vector<Index> poor =
+        std::vector<Index> poor =
             find_poor_cells(mesh_, positions_, movement_.inverse_stretch, kPoorEnergy, budget_.parallel());
+        if (const auto finished = options_.finished_cells; !finished.empty()) {
+            const std::vector<Index> bad = bad_cells();
+            std::erase_if(
+                poor, [&](Index c) { return finished[c] && !std::binary_search(bad.begin(), bad.end(), c); });
+        }
         budget_.context().log(LogLevel::debug, fmt::format("{} poor cells", poor.size()));
         slide(movable_neighbourhood(mesh_, topology_, movement_.movable, poor, kPoorRings));
         keep_if_better_();
