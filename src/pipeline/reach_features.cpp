@@ -41,6 +41,7 @@ class FeatureReacher {
         bring_home(EntityKind::curve, kUnlimited);
         hit_corners();
         bring_home(EntityKind::patch, limited());
+        if (report.off_before > 0) hit_corners(); // there may be room for more now
         report.corners_after = count(find_hit_corners());
         report.followed_after_rel = measure_followed();
         report.off_after = find_off(EntityKind::corner).size() + find_off(EntityKind::curve).size() +
@@ -207,6 +208,7 @@ class FeatureReacher {
     Domain& domain_;
     Context& context_;
     HomeReacher reacher_;
+    std::size_t corner_tries_ = 0;                      ///< left
     std::vector<std::pair<Index, double>> on_boundary_; ///< vertices, and the mean of their edges there
 };
 

@@ -27,8 +27,9 @@ struct ReachReport {
 
 /// Brings a settled mesh closer to its features (HomeReacher): first vertices that are off their corners,
 /// then those off their curves; then for each corner that no vertex is on the nearest one that may get there
-/// on its patch or curve, which is bound to it then; last those off their patches, as many as a share of the
-/// cells allows. domain is bound to `fitted`, also afterwards. Errors: cancelled, the mesh is sound.
+/// on its patch or curve, which is bound to it then; last those off their patches, and missed corners
+/// again. Corners and patches get as many tries as a share of the cells allows. domain is bound to `fitted`,
+/// also afterwards. Errors: cancelled, the mesh is sound.
 Result<ReachReport> reach_features(FittedMesh& fitted, const Topology& topology, Domain& domain,
                                    const ReachFeaturesOptions& options, Context& context);
 
