@@ -208,7 +208,6 @@ class FeatureReacher {
     Domain& domain_;
     Context& context_;
     HomeReacher reacher_;
-    std::size_t corner_tries_ = 0;                      ///< left
     std::vector<std::pair<Index, double>> on_boundary_; ///< vertices, and the mean of their edges there
 };
 

@@ -73,7 +73,7 @@ void run_mesh(MeshCommand& command, Session& session) {
     const MeshOutcome& outcome = result->outcome;
     session.say(fmt::format("surface: {} patches, {} feature curves ({} followed), {} corners ({} met)",
                             outcome.patches, outcome.curves, outcome.fit.captured_curves, outcome.corners,
-                            outcome.fit.captured_corners));
+                            outcome.reached ? outcome.reached->corners_after : outcome.fit.captured_corners));
     if (!outcome.device.empty()) session.say("optimized on " + outcome.device);
     for (const std::string& note : outcome.notes) session.say("note: " + note);
     session.say("mesh:    " + to_line(outcome.after.validity));
