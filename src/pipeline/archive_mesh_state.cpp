@@ -123,7 +123,7 @@ void archive(A& a, BufferReport& value) {
 
 template <class A>
 void archive(A& a, MeshAttempt& value) {
-    auto& [fitted, topology, start, stats, trim, fit, buffer, failed] = value;
+    auto& [fitted, topology, start, stats, trim, fit, buffer, failed, trial] = value;
     a(fitted, start, stats, trim, fit, buffer, failed); // the topology follows from the mesh
 }
 

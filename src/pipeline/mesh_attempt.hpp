@@ -6,6 +6,7 @@
 #include "domain/fitted_mesh.hpp"
 #include "mesh/topology.hpp"
 #include "pipeline/mesh_surface.hpp"
+#include "pipeline/settle_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
 
 #include <optional>
@@ -25,6 +26,7 @@ struct MeshAttempt {
     /// Cells that are not certified valid, concave, or have a face where the boundary touches or crosses
     /// itself; ascending.
     std::vector<Index> failed;
+    std::optional<SettleTrial> trial; ///< where settling it was tried; only saves time
 };
 
 /// What attempts on one octree share.

@@ -211,7 +211,7 @@ class Attempts {
     }
 
     /// Whether cells fail that are few and only need the surface to be left by next to nothing.
-    bool settles_near(const MeshAttempt& attempt) {
+    bool settles_near(MeshAttempt& attempt) {
         const std::size_t failed = attempt.failed.size(), cells = attempt.fitted.mesh.cell_count();
         const double near = std::min(kNear_rel, options_.optimize.max_deviation_rel);
         if (static_cast<double>(failed) > kFewFailed + kFewFailedShare * static_cast<double>(cells) ||
@@ -225,6 +225,9 @@ class Attempts {
                    back.time_limit_s = time_limit_s;
                    const RetreatReport report =
                        retreat(trial, attempt.topology, domain_.model, back, context_);
+                   // Farther off it would have gone no other way.
+                   if (report.beyond_max == 0 && !context_.is_cancelled())
+                       attempt.trial = SettleTrial{trial.positions, report, {}};
                    return report.bad_after + report.touching_after == 0;
                }) &&
                try_to_settle([&](double time_limit_s) {
@@ -232,6 +235,10 @@ class Attempts {
                    raising.time_limit_s = time_limit_s;
                    const auto raised =
                        raise_settled(trial, attempt.topology, domain_.model, raising, context_);
+                   if (raised && attempt.trial && raising.max_min) {
+                       attempt.trial->positions = std::move(trial.positions);
+                       attempt.trial->raised = *raised;
+                   }
                    return raised && raised->min_sj_after >= kGoodSj;
                });
     }

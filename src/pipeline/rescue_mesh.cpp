@@ -102,8 +102,10 @@ Status settle_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& o
     settling.time_limit_s = counts.optimize_s_left(options);
     Status done = clock.run("settle", [&] {
         return settle_mesh(attempt.fitted.mesh, attempt.topology, domain.model, attempt.fitted.unfitted,
-                           settling, *attempt.stats, report, context);
+                           settling, *attempt.stats, report, context,
+                           attempt.trial ? &*attempt.trial : nullptr);
     });
+    attempt.trial.reset();
     counts.optimize_s += clock.times().back().seconds;
     if (!done) return done;
     attempt.failed = clock.run("check", [&] {

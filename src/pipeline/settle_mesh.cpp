@@ -49,13 +49,16 @@ void find_backed_off(const HexMesh& mesh, const BoundaryModel& surface, SettleRe
 
 Status settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                    std::span<const Point> unfitted, const OptimizeOptions& options, OptimizeStats& stats,
-                   SettleReport& report, Context& context) {
+                   SettleReport& report, Context& context, const SettleTrial* trial) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const auto seconds_left = [&] {
         return options.time_limit_s - std::chrono::duration<double>(Clock::now() - start).count();
     };
-    if (seconds_left() > 0) {
+    if (trial) {
+        mesh.positions = trial->positions;
+        report.retreat = trial->retreat;
+    } else if (seconds_left() > 0) {
         RetreatOptions back;
         back.unfitted = unfitted;
         back.max_deviation = options.max_deviation_rel * surface.diagonal();
@@ -69,7 +72,9 @@ Status settle_mesh(HexMesh& mesh, const Topology& topology, const BoundaryModel&
         stats.min_sj_after = now.min_sj;
         stats.restored_input = false;
     }
-    if (options.max_min && seconds_left() > 0 && !context.is_cancelled()) {
+    if (trial && trial->raised) {
+        add(stats, *trial->raised);
+    } else if (options.max_min && seconds_left() > 0 && !context.is_cancelled()) {
         OptimizeOptions raise = options;
         raise.time_limit_s = seconds_left();
         Result<OptimizeStats> raised = raise_settled(mesh, topology, surface, raise, context);
