@@ -175,3 +175,24 @@ TEST_CASE("retreat: quads that touch though all cells are valid are pushed apart
     CHECK(report.bad_after + report.touching_after == 0);
     check_valid(block);
 }
+
+TEST_CASE("retreat: valid cells that are next to flat get out of it, and home again") {
+    Block block(4);
+    HexMesh& mesh = block.mesh;
+    const std::vector<Point> unfitted = mesh.positions;
+    const double short_of = GENERATE(1e-3, 1e-8, 1e-14);
+    mesh.positions[block.at(1, 1, 0)] = {1.5 - short_of, 1.5 - short_of,
+                                         0}; // the corner's angle is 180 degrees
+    const ValidityCounts before = compute_validity(mesh, Parallel(1));
+    REQUIRE(before.concave_cells == 0);
+    REQUIRE(before.min_scaled_jacobian < 0.01);
+    Context context(1);
+    RetreatOptions options;
+    options.unfitted = unfitted;
+    const RetreatReport report = retreat(mesh, block.topology, block.surface, options, context);
+    CHECK(report.attempts == 1);
+    CHECK(report.bad_before + report.touching_before == 0);
+    check_valid(block);
+    CHECK(compute_validity(mesh, Parallel(1)).min_scaled_jacobian > 0.2);
+    CHECK(block.farthest() < 1e-9);
+}

@@ -72,6 +72,18 @@ std::vector<Index> find_bad_cells(const HexMesh& mesh, std::span<const Point> po
                       });
 }
 
+std::vector<Index> find_flat_cells(const HexMesh& mesh, std::span<const Point> positions, double min_sj,
+                                   const Parallel& parallel) {
+    return find_cells(mesh, parallel,
+                      [&](const GroupConstants& constants, std::size_t first, std::uint8_t* found) {
+                          HexMeasure measure;
+                          const HexGroup group = constants.group(mesh, positions, first);
+                          hex_kernels().measure(group, measure);
+                          for (int i = 0; i < group.count; ++i)
+                              found[i] = !(measure.min_det32[i] > 0) || !(measure.min_sj[i] >= min_sj);
+                      });
+}
+
 namespace {
 
 /// Energies of the cells first.. of a group, each against its own mean edge and stretch.

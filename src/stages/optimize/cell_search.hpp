@@ -13,6 +13,10 @@ namespace hexopt {
 std::vector<Index> find_bad_cells(const HexMesh& mesh, std::span<const Point> positions,
                                   const Parallel& parallel);
 
+/// Cells that are bad or have a scaled Jacobian below min_sj at a corner, rising.
+std::vector<Index> find_flat_cells(const HexMesh& mesh, std::span<const Point> positions, double min_sj,
+                                   const Parallel& parallel);
+
 /// Cells that are bad or whose mean shape energy over the 32 tetrahedra, against their own mean edge and
 /// stretch (HexGroup::inverse_stretch; empty: cubes), exceeds `energy` (1 for the ideal cell), rising.
 std::vector<Index> find_poor_cells(const HexMesh& mesh, std::span<const Point> positions,

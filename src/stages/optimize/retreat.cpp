@@ -24,6 +24,9 @@ constexpr int kBlendRings = 3, kMovingRings = 2;
 constexpr double kPull = 10, kLoosePulls[] = {1, 0.1, 0.01};
 constexpr int kLooseRings = 4;
 constexpr int kUntangleRounds = 8;
+/// Valid cells with a scaled Jacobian below this are let off the surface as bad ones are: sliding alone and
+/// raising, which a barrier keeps from bad cells, do not get them out of there.
+constexpr double kFlatSj = 0.01;
 /// Times that quads in contact are pushed apart, each time by so much of their edge.
 constexpr int kPartRounds = 6;
 constexpr double kPartStep = 0.2;
@@ -43,7 +46,7 @@ class Retreat {
     }
 
     RetreatReport run() {
-        std::vector<Index> seeds = find_seeds(report_.bad_before, report_.touching_before);
+        std::vector<Index> seeds = find_seeds(report_.bad_before, report_.touching_before, flat_before_);
         report_.bad_after = report_.bad_before;
         report_.touching_after = report_.touching_before;
         hold_.assign(mesh_.vertex_count(), Hold::fixed);
@@ -53,19 +56,22 @@ class Retreat {
             ++report_.attempts;
             untangle(go_back(seeds, rings));
             part_contacts();
-            std::size_t bad = 0, touching = 0;
-            seeds = find_seeds(bad, touching);
-            budget_.context().log(LogLevel::debug, fmt::format("{} rings back: {} cells bad, {} quads touch",
-                                                               rings, bad, touching));
+            std::size_t bad = 0, touching = 0, flat = 0;
+            seeds = find_seeds(bad, touching, flat);
+            budget_.context().log(LogLevel::debug,
+                                  fmt::format("{} rings back: {} cells bad, {} flat, {} quads touch", rings,
+                                              bad, flat, touching));
         }
         if (report_.attempts > 0) come_home();
         return report_;
     }
 
   private:
-    std::vector<Index> find_seeds(std::size_t& bad, std::size_t& touching) const {
-        std::vector<Index> cells = find_bad_cells(mesh_, mesh_.positions, budget_.parallel());
-        bad = cells.size();
+    /// flat: cells that are bad or flat.
+    std::vector<Index> find_seeds(std::size_t& bad, std::size_t& touching, std::size_t& flat) const {
+        std::vector<Index> cells = find_flat_cells(mesh_, mesh_.positions, kFlatSj, budget_.parallel());
+        flat = cells.size();
+        bad = find_bad_cells(mesh_, mesh_.positions, budget_.parallel()).size();
         const std::vector<Index> quads = find_all_contacts(touching_);
         touching = quads.size();
         for (Index q : quads) cells.push_back(topology_.boundary_faces[q].cell);
@@ -195,9 +201,10 @@ class Retreat {
         for (EntityKind kind : {EntityKind::corner, EntityKind::curve, EntityKind::patch})
             bring_home(away, kind, kLeastSjHome, mesh_.positions, hold_, budget_);
         give_up_beyond_bound(Problem(mesh_, topology_, movable_));
-        std::size_t bad = 0, touching = 0;
-        find_seeds(bad, touching);
-        if (bad + touching >= report_.bad_before + report_.touching_before) {
+        std::size_t bad = 0, touching = 0, flat = 0;
+        find_seeds(bad, touching, flat);
+        const std::size_t now = bad + touching, before = report_.bad_before + report_.touching_before;
+        if (now > before || (now == before && flat >= flat_before_)) {
             mesh_.positions = fitted_;
             return;
         }
@@ -245,6 +252,7 @@ class Retreat {
     std::vector<Hold> hold_;
     std::vector<std::uint8_t> movable_;
     RetreatReport report_;
+    std::size_t flat_before_ = 0;
 };
 
 } // namespace

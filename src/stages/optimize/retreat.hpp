@@ -26,7 +26,8 @@ struct RetreatReport {
     std::size_t beyond_max = 0; ///< vertices that would have had to go farther than max_deviation
 };
 
-/// Makes a fitted mesh valid where sliding could not, and undoes contacts of its boundary with itself. The
+/// Makes a fitted mesh valid where sliding could not, undoes contacts of its boundary with itself, and gets
+/// valid cells with a scaled Jacobian below 0.01 out of there. The
 /// neighbourhoods of what is bad go back to where they were before fitting, which is near the sound staircase
 /// of boxes that trimming left; there the layers are untangled with the boundary free but drawn to its place.
 /// From that valid state the boundary is drawn to what it is bound to, under a barrier that keeps all cells
