@@ -220,22 +220,23 @@ class Attempts {
         HexMesh trial = attempt.fitted.mesh;
         RetreatOptions back;
         back.unfitted = attempt.fitted.unfitted;
-        back.max_deviation = near * domain_.model.diagonal();
+        back.max_deviation = options_.optimize.max_deviation_rel * domain_.model.diagonal();
         return try_to_settle([&](double time_limit_s) {
                    back.time_limit_s = time_limit_s;
                    const RetreatReport report =
                        retreat(trial, attempt.topology, domain_.model, back, context_);
-                   // Farther off it would have gone no other way.
-                   if (report.beyond_max == 0 && !context_.is_cancelled())
-                       attempt.trial = SettleTrial{trial.positions, report, {}};
-                   return report.bad_after + report.touching_after == 0;
+                   if (context_.is_cancelled()) return false;
+                   attempt.trial = SettleTrial{trial.positions, report, {}};
+                   SettleReport off;
+                   find_backed_off(trial, domain_.model, off);
+                   return report.bad_after + report.touching_after == 0 && off.deviation_rel <= near;
                }) &&
                try_to_settle([&](double time_limit_s) {
                    OptimizeOptions raising = options_.optimize;
                    raising.time_limit_s = time_limit_s;
                    const auto raised =
                        raise_settled(trial, attempt.topology, domain_.model, raising, context_);
-                   if (raised && attempt.trial && raising.max_min) {
+                   if (raised && raising.max_min) {
                        attempt.trial->positions = std::move(trial.positions);
                        attempt.trial->raised = *raised;
                    }
