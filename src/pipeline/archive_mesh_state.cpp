@@ -1,9 +1,11 @@
 #include "pipeline/archive_mesh_state.hpp"
 
+#include "domain/drop_curves.hpp"
 #include "mesh/validate_structure.hpp"
 #include "stages/refine/refine_history.hpp"
 
 #include <algorithm>
+#include <functional>
 
 namespace hexopt {
 
@@ -123,8 +125,8 @@ void archive(A& a, BufferReport& value) {
 
 template <class A>
 void archive(A& a, MeshAttempt& value) {
-    auto& [fitted, topology, start, stats, trim, fit, buffer, failed, trial] = value;
-    a(fitted, start, stats, trim, fit, buffer, failed); // the topology follows from the mesh
+    auto& [fitted, topology, start, stats, trim, fit, buffer, failed, trial, dropped] = value;
+    a(fitted, start, stats, trim, fit, buffer, failed, dropped); // the topology follows from the mesh
 }
 
 template <class A>
@@ -187,8 +189,8 @@ namespace {
 template <class A>
 void archive_rest(A& a, MeshState& state) {
     archive_enum(a, state.phase, MeshPhase::settled);
-    a(state.first_cells, state.round, state.joins, state.counts, state.attempts, state.current, state.best,
-      state.settle);
+    a(state.first_cells, state.round, state.joins, state.counts, state.attempts, state.dropped, state.current,
+      state.best, state.settle);
 }
 
 bool are_below(const std::vector<Index>& list, std::size_t count) {
@@ -271,9 +273,21 @@ Error refusal(std::string reason) {
     return make_error(ErrorCode::bad_input, "checkpoint", "", std::move(reason));
 }
 
+bool are_curves_of(const Domain& domain, const std::vector<Index>& list) {
+    return are_below(list, domain.model.curve_count()) &&
+           std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
+}
+
 Status complete(std::optional<MeshAttempt>& attempt, const Domain& domain, Context& context) {
     if (!attempt) return Done{};
-    if (!fits(*attempt, domain)) return refusal("its mesh does not fit the surface");
+    if (!are_curves_of(domain, attempt->dropped)) return refusal("its curves are not the surface's");
+    std::optional<Domain> reduced;
+    if (!attempt->dropped.empty()) {
+        auto left = drop_curves(domain, attempt->dropped, context);
+        if (!left) return left.error();
+        reduced = std::move(*left);
+    }
+    if (!fits(*attempt, reduced ? *reduced : domain)) return refusal("its mesh does not fit the surface");
     const HexMesh& mesh = attempt->fitted.mesh;
     if (Status sound = require_structure(mesh, "checkpoint", context.parallel()); !sound) return sound;
     attempt->topology = compute_topology(mesh, context.parallel());
@@ -335,6 +349,7 @@ Result<MeshState> read_state(ArchiveReader& reader, const Domain& domain, std::v
         return refusal("its state is not one that a run can be in");
     if (Status done = complete(state.counts, state.refined.octree, domain, context); !done)
         return done.error();
+    if (!are_curves_of(domain, state.dropped)) return refusal("its curves are not the surface's");
     for (std::optional<MeshAttempt>* attempt : {&state.current, &state.best})
         if (Status done = complete(*attempt, domain, context); !done) return done.error();
     if (state.settle.backed_off.size() > state.settle.backed_off_count)

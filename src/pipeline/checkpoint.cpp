@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char *kKind = "checkpoint", *kFileName = "mesh.checkpoint";
 /// Raised with every change of what is stored.
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
 
 } // namespace
 

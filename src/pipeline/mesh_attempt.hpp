@@ -27,6 +27,7 @@ struct MeshAttempt {
     /// itself; ascending.
     std::vector<Index> failed;
     std::optional<SettleTrial> trial; ///< where settling it was tried; only saves time
+    std::vector<Index> dropped; ///< curves of the whole domain that this attempt's has not; rising
 };
 
 /// What attempts on one octree share.
@@ -43,11 +44,13 @@ struct AttemptCounts {
     }
 };
 
-/// Trims `refined`, fits its boundary (refining where features could not be captured, as often as
-/// options.fit_repairs leaves) and inserts buffers. `refined` is left as it was trimmed last. Errors:
-/// bad_input (*leak gets the path where the surface leaks), out_of_memory, cancelled.
-Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& domain, const MeshOptions& options,
-                                  AttemptCounts& counts, StageClock& clock, Context& context, LeakPath* leak);
+/// Trims `refined` at `whole`, fits its boundary to `domain`, which is the whole one or has fewer curves
+/// (refining where features could not be captured, as often as options.fit_repairs leaves) and inserts
+/// buffers. `refined` is left as it was trimmed last. Errors: bad_input (*leak gets the path where the
+/// surface leaks), out_of_memory, cancelled.
+Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& whole, const Domain& domain,
+                                  const MeshOptions& options, AttemptCounts& counts, StageClock& clock,
+                                  Context& context, LeakPath* leak);
 
 /// Binds domain.model to what begin_attempt() made, optimizes it on the surface (on `place`) and finds what
 /// failed. earlier: goes on from what that attempt came to wherever the two are the same; may be null.

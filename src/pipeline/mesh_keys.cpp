@@ -358,6 +358,9 @@ std::vector<MeshKey> surface_keys() {
                "Long creases below the feature angle are features where cells across them would leave the "
                "surface",
                HEXOPT_FIELD(options.weak_features)),
+        number("features.noise_angle", "--noise-angle",
+               "Features blunter than this many degrees are given up where cells fail at them; 0: none",
+               {0, 180}, HEXOPT_FIELD(options.noise_angle_deg)),
         feature_files_key(),
         number("features.reach", "--features-reach",
                "How far lines of --features may be from the surface, as a fraction of its diagonal",

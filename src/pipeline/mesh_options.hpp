@@ -32,6 +32,9 @@ struct MeshOptions {
     /// surface by more than refine.chord_error_rel (find_weak_creases()). Not where the surface's size is
     /// given as a level.
     bool weak_features = true;
+    /// Features that are blunter than this all along are given up where cells fail at a quarter of their
+    /// vertices, and not where feature_lines are given; degrees, 0 (none) to 180.
+    double noise_angle_deg = 60;
     std::vector<FeatureLines> feature_lines; ///< features whatever their angle
     /// How far these may be from the surface, as a fraction of its diagonal; 0..0.01.
     double feature_reach_rel = 1e-3;

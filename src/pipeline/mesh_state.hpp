@@ -30,6 +30,7 @@ struct MeshState {
     int joins = 0;                      ///< planar: times that cells were refined to join parts
     AttemptCounts counts;               ///< its memory of trims only saves time
     std::vector<AttemptCount> attempts; ///< that have ended
+    std::vector<Index> dropped; ///< curves of the domain that the attempt under way goes without; rising
     std::optional<MeshAttempt> current; ///< under way
     std::optional<MeshAttempt> best;    ///< of those that have ended; after settling the settled mesh
     SettleReport settle;

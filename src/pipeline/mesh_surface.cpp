@@ -1,6 +1,7 @@
 #include "pipeline/mesh_surface.hpp"
 
 #include "pipeline/checkpoint.hpp"
+#include "pipeline/feature_domains.hpp"
 #include "pipeline/finish_surface.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
@@ -79,7 +80,7 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
         const Point p = points[points.size() / 2];
         notes.push_back(fmt::format("{} of {} feature curves are not followed by mesh edges, the first near "
                                     "({:.6g}, {:.6g}, {:.6g}).",
-                                    released.size(), outcome.curves, p.x, p.y, p.z));
+                                    released.size(), outcome.fit.curves, p.x, p.y, p.z));
     }
     const std::size_t on_corners =
         outcome.reached ? outcome.reached->corners_after : outcome.fit.captured_corners;
@@ -118,6 +119,16 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 
+void note_dropped(const MeshOutcome& outcome, const Domain& whole, std::vector<std::string>& notes) {
+    if (outcome.dropped_curves.empty()) return;
+    const auto points = whole.model.curve_points(outcome.dropped_curves.front());
+    const Point p = points[points.size() / 2];
+    notes.push_back(fmt::format(
+        "{} of {} feature curves, blunt and where cells failed, were given up as noise, the first near "
+        "({:.6g}, {:.6g}, {:.6g}); --noise-angle 0 keeps them.",
+        outcome.dropped_curves.size(), outcome.curves, p.x, p.y, p.z));
+}
+
 /// Where the state between stages is kept, if anywhere.
 struct Saving {
     const Checkpoint* checkpoint;
@@ -133,12 +144,13 @@ struct Saving {
 /// fewer cells fail.
 class Attempts {
   public:
-    Attempts(const MeshOptions& options, const ComputePlace& place, MeshState& state, Domain& domain,
+    Attempts(const MeshOptions& options, const ComputePlace& place, MeshState& state, FeatureDomains& domains,
              const Saving& saving, StageClock& clock, Context& context)
-        : options_(options), place_(place), state_(state), domain_(domain), saving_(saving), clock_(clock),
+        : options_(options), place_(place), state_(state), domains_(domains), saving_(saving), clock_(clock),
           context_(context) {}
 
-    /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times.
+    /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times,
+    /// without the features that look like noise there.
     /// Goes on from where the state is, to state.best. Cancelled with a best one: that has no stats.
     Status run(LeakPath* leak) {
         while (state_.phase < MeshPhase::attempted) {
@@ -160,8 +172,12 @@ class Attempts {
 
   private:
     Status fit(LeakPath* leak) {
-        auto begun = begin_attempt(state_.refined, domain_, options_, state_.counts, clock_, context_, leak);
+        const auto own = domains_.without(state_.dropped, context_);
+        if (!own) return own.error();
+        auto begun = begin_attempt(state_.refined, domains_.whole(), **own, options_, state_.counts, clock_,
+                                   context_, leak);
         if (!begun) return begun.error();
+        begun->dropped = state_.dropped;
         state_.current = std::move(*begun);
         state_.phase = MeshPhase::fitted;
         return Done{};
@@ -170,12 +186,17 @@ class Attempts {
     /// Ends the attempt under way and prepares the next one.
     Status optimize() {
         MeshAttempt& current = *state_.current;
-        if (Status done = optimize_attempt(current, state_.best ? &*state_.best : nullptr, domain_, options_,
+        const auto own = domains_.without(current.dropped, context_);
+        if (!own) return own.error();
+        const bool has_earlier = state_.best && state_.best->dropped == current.dropped;
+        if (Status done = optimize_attempt(current, has_earlier ? &*state_.best : nullptr, **own, options_,
                                            place_, state_.counts, clock_, context_);
             !done)
             return done;
         const bool is_cancelled = !current.stats;
-        const std::vector<Index> near = find_cells_to_refine(current);
+        const std::vector<Index> noisy = find_noise(current, **own);
+        const std::vector<Index> near =
+            find_cells_to_refine(current, failed_elsewhere(current, **own, domains_.whole(), noisy));
         state_.attempts.push_back({current.fitted.mesh.cell_count(), current.failed.size(), 0});
         log(current);
         const bool is_best = !state_.best || current.failed.size() < state_.best->failed.size();
@@ -186,9 +207,9 @@ class Attempts {
             return Done{};
         }
         state_.phase = MeshPhase::refined;
-        const bool goes_on = !state_.best->failed.empty() && !near.empty() &&
+        const bool goes_on = !state_.best->failed.empty() && !(near.empty() && noisy.empty()) &&
                              state_.round < options_.repairs && !is_in_vain() &&
-                             !(is_best && settles_near(*state_.best)) && refine_for_next(near);
+                             !(is_best && settles_near(*state_.best, **own)) && prepare_next(near, noisy);
         if (!goes_on) end();
         return Done{};
     }
@@ -211,7 +232,7 @@ class Attempts {
     }
 
     /// Whether cells fail that are few and only need the surface to be left by next to nothing.
-    bool settles_near(MeshAttempt& attempt) {
+    bool settles_near(MeshAttempt& attempt, const Domain& domain) {
         const std::size_t failed = attempt.failed.size(), cells = attempt.fitted.mesh.cell_count();
         const double near = std::min(kNear_rel, options_.optimize.max_deviation_rel);
         if (static_cast<double>(failed) > kFewFailed + kFewFailedShare * static_cast<double>(cells) ||
@@ -220,22 +241,22 @@ class Attempts {
         HexMesh trial = attempt.fitted.mesh;
         RetreatOptions back;
         back.unfitted = attempt.fitted.unfitted;
-        back.max_deviation = options_.optimize.max_deviation_rel * domain_.model.diagonal();
+        back.max_deviation = options_.optimize.max_deviation_rel * domain.model.diagonal();
         return try_to_settle([&](double time_limit_s) {
                    back.time_limit_s = time_limit_s;
                    const RetreatReport report =
-                       retreat(trial, attempt.topology, domain_.model, back, context_);
+                       retreat(trial, attempt.topology, domain.model, back, context_);
                    if (context_.is_cancelled()) return false;
                    attempt.trial = SettleTrial{trial.positions, report, {}};
                    SettleReport off;
-                   find_backed_off(trial, domain_.model, off);
+                   find_backed_off(trial, domain.model, off);
                    return report.bad_after + report.touching_after == 0 && off.deviation_rel <= near;
                }) &&
                try_to_settle([&](double time_limit_s) {
                    OptimizeOptions raising = options_.optimize;
                    raising.time_limit_s = time_limit_s;
                    const auto raised =
-                       raise_settled(trial, attempt.topology, domain_.model, raising, context_);
+                       raise_settled(trial, attempt.topology, domain.model, raising, context_);
                    if (raised && raising.max_min) {
                        attempt.trial->positions = std::move(trial.positions);
                        attempt.trial->raised = *raised;
@@ -255,12 +276,14 @@ class Attempts {
     }
 
     /// False: there is no next attempt.
-    bool refine_for_next(const std::vector<Index>& near) {
+    bool prepare_next(const std::vector<Index>& near, const std::vector<Index>& noisy) {
         if (!(state_.counts.optimize_s < kRepairTimeShare * options_.optimize.time_limit_s)) return false;
         const RefineCount count = refine_cells(state_.refined, near, context_);
         state_.attempts.back().refined = count.requested;
         ++state_.round;
-        return count.requested > 0;
+        state_.dropped.insert(state_.dropped.end(), noisy.begin(), noisy.end());
+        std::sort(state_.dropped.begin(), state_.dropped.end());
+        return count.requested > 0 || !noisy.empty();
     }
 
     void end() {
@@ -268,11 +291,22 @@ class Attempts {
         state_.phase = MeshPhase::attempted;
     }
 
+    std::vector<Index> find_noise(const MeshAttempt& attempt, const Domain& own) {
+        if (!(options_.noise_angle_deg > 0) || !options_.feature_lines.empty()) return {};
+        std::vector<Index> noisy =
+            find_noisy_curves(attempt, own, domains_.whole(), options_.noise_angle_deg);
+        if (!noisy.empty())
+            context_.log(LogLevel::debug,
+                         fmt::format("{} of {} features are noise", noisy.size(), own.model.curve_count()));
+        return noisy;
+    }
+
     /// Cells that hold what failed, and a ring round them where so many fit; none: too many.
-    std::vector<Index> find_cells_to_refine(const MeshAttempt& attempt) const {
+    std::vector<Index> find_cells_to_refine(const MeshAttempt& attempt,
+                                            const std::vector<Index>& failed) const {
         const HexMesh& octree = state_.refined.octree;
         for (int rings = 1; rings >= 0; --rings) {
-            std::vector<Index> near = find_cells_round(octree, attempt.fitted.mesh, attempt.failed, rings);
+            std::vector<Index> near = find_cells_round(octree, attempt.fitted.mesh, failed, rings);
             if (octree.cell_count() + 7 * near.size() <= kMostGrowth * state_.first_cells) return near;
         }
         return {};
@@ -290,7 +324,7 @@ class Attempts {
     const MeshOptions& options_;
     const ComputePlace& place_;
     MeshState& state_;
-    Domain& domain_;
+    FeatureDomains& domains_;
     const Saving& saving_;
     StageClock& clock_;
     Context& context_;
@@ -298,14 +332,14 @@ class Attempts {
 
 /// Lets what fails leave the surface and raises the worst cells of the best attempt; meshes anew where that
 /// was not enough.
-Status settle(MeshState& state, Domain& domain, const MeshOptions& options, const ComputePlace& place,
-              const Saving& saving, StageClock& clock, Context& context) {
+Status settle(MeshState& state, const Domain& whole, Domain& domain, const MeshOptions& options,
+              const ComputePlace& place, const Saving& saving, StageClock& clock, Context& context) {
     MeshAttempt& best = *state.best;
     bind_surface(domain, best.fitted); // the last attempt need not be the best
     if (!best.stats || state.phase == MeshPhase::settled) return Done{};
     begin_stage(context, "settle", progress::kOptimizeEnd, progress::kSettleEnd);
     Status done = settle_attempt(best, domain, options, state.counts, state.settle, clock, context);
-    if (done) done = rescue_mesh(state, domain, options, place, clock, context);
+    if (done) done = rescue_mesh(state, whole, domain, options, place, clock, context);
     if (!done && done.error().code != ErrorCode::cancelled) return done;
     state.phase = MeshPhase::settled;
     if (!done) state.best->stats.reset();
@@ -377,12 +411,11 @@ Status measure(const Domain& domain, const Topology& topology, const MeshOptions
 
 /// Moves the boundary onto the exact geometry; a file that is no longer what was meshed is no reason to lose
 /// the mesh.
-Status use_cad(const PreparedDomain& prepared, const MeshOptions& options, MeshOutcome& outcome,
-               StageClock& clock, Context& context) {
+Status use_cad(const PreparedDomain& prepared, const Domain& domain, const MeshOptions& options,
+               MeshOutcome& outcome, StageClock& clock, Context& context) {
     if (prepared.cad.empty() || !outcome.stats) return Done{};
     auto moved = clock.run("cad_projection", [&] {
-        return move_onto_cad(outcome.mesh, prepared.domain.model, prepared.cad, options.optimize.min_sj,
-                             context);
+        return move_onto_cad(outcome.mesh, domain.model, prepared.cad, options.optimize.min_sj, context);
     });
     if (moved)
         outcome.cad = *moved;
@@ -448,26 +481,31 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
                                 Context& context, LeakPath* leak, Checkpoint* checkpoint) {
     if (Status ok = check_options(options); !ok) return ok.error();
     MeshOutcome outcome;
-    Domain& domain = prepared.domain;
+    FeatureDomains domains(prepared.domain);
     describe_domain(prepared, outcome);
     const auto place = open_place(options.compute, context.parallel());
     if (!place) return place.error();
     outcome.device = place->reason;
-    auto state = start_or_resume(domain, options, outcome, clock, context, leak, checkpoint);
+    auto state = start_or_resume(domains.whole(), options, outcome, clock, context, leak, checkpoint);
     if (!state) return state.error();
     const Saving saving{checkpoint, clock, context};
-    if (Status done = Attempts(options, *place, *state, domain, saving, clock, context).run(leak); !done)
+    if (Status done = Attempts(options, *place, *state, domains, saving, clock, context).run(leak); !done)
         return done.error();
-    if (Status done = settle(*state, domain, options, *place, saving, clock, context); !done)
+    const auto own = domains.without(state->best->dropped, context);
+    if (!own) return own.error();
+    Domain& domain = **own;
+    outcome.dropped_curves = state->best->dropped;
+    if (Status done = settle(*state, domains.whole(), domain, options, *place, saving, clock, context); !done)
         return done.error();
     if (Status done = finish(*state, domain, options, outcome, clock, context); !done) return done.error();
     Topology topology;
     take_results(std::move(*state), outcome, topology);
-    if (Status done = use_cad(prepared, options, outcome, clock, context); !done) return done.error();
+    if (Status done = use_cad(prepared, domain, options, outcome, clock, context); !done) return done.error();
     if (Status done = measure(domain, topology, options, outcome, clock, context); !done) return done.error();
     name_patches(outcome.mesh, domain, context.parallel());
     if (options.buffers && !outcome.buffer)
         outcome.notes.emplace_back("Buffer layers were left out: with them not all cells became valid.");
+    note_dropped(outcome, domains.whole(), outcome.notes);
     add_notes(outcome, domain, outcome.notes);
     return outcome;
 }

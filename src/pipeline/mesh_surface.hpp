@@ -51,7 +51,9 @@ struct MeshOutcome {
     RefineStats refine;
     TrimReport trim;
     int trim_rounds = 0; ///< times that cells were trimmed
-    FitReport fit;
+    FitReport fit;       ///< of the domain without dropped_curves
+    /// Curves of the domain that were given up as noise where cells failed (MeshOptions::noise_angle_deg).
+    std::vector<Index> dropped_curves;
     int fit_rounds = 0;                 ///< times that the boundary was fitted
     std::vector<AttemptCount> attempts; ///< more than one: the octree was refined round what failed
     std::optional<BufferReport> buffer;

@@ -10,13 +10,15 @@ namespace {
 
 /// Rings of octree cells refined round what fails, in turn.
 constexpr int kRescueRings[] = {1, 3};
+/// Of the octree that the first attempt began with.
+constexpr std::size_t kMostGrowth = 3;
 
 class Rescue {
   public:
-    Rescue(MeshState& state, Domain& domain, const MeshOptions& options, const ComputePlace& place,
-           StageClock& clock, Context& context)
-        : state_(state), domain_(domain), options_(options), place_(place), clock_(clock), context_(context) {
-    }
+    Rescue(MeshState& state, const Domain& whole, Domain& domain, const MeshOptions& options,
+           const ComputePlace& place, StageClock& clock, Context& context)
+        : state_(state), whole_(whole), domain_(domain), options_(options), place_(place), clock_(clock),
+          context_(context) {}
 
     Status run() {
         for (int rings : kRescueRings)
@@ -40,6 +42,8 @@ class Rescue {
     bool refine_round_failures(int rings) {
         const MeshAttempt& best = *state_.best;
         const auto near = find_cells_round(state_.refined.octree, best.fitted.mesh, best.failed, rings);
+        if (state_.refined.octree.cell_count() + 7 * near.size() > kMostGrowth * state_.first_cells)
+            return false;
         state_.refined.max_cells = options_.refine.max_cells;
         const RefineCount count = refine_cells(state_.refined, near, context_);
         state_.attempts.back().refined = count.requested;
@@ -72,12 +76,14 @@ class Rescue {
     }
 
     Result<MeshAttempt> try_again(const MeshOptions& options, SettleReport& report) {
-        auto next = begin_attempt(state_.refined, domain_, options, state_.counts, clock_, context_, nullptr);
+        auto next =
+            begin_attempt(state_.refined, whole_, domain_, options, state_.counts, clock_, context_, nullptr);
         if (!next) return next;
         if (Status done =
                 optimize_attempt(*next, nullptr, domain_, options, place_, state_.counts, clock_, context_);
             !done)
             return done.error();
+        next->dropped = state_.best->dropped;
         if (!next->stats) return make_error(ErrorCode::cancelled, "settle", "", "cancelled");
         if (Status done = settle_attempt(*next, domain_, options, state_.counts, report, clock_, context_);
             !done)
@@ -86,6 +92,7 @@ class Rescue {
     }
 
     MeshState& state_;
+    const Domain& whole_;
     Domain& domain_;
     const MeshOptions& options_;
     const ComputePlace& place_;
@@ -114,10 +121,10 @@ Status settle_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& o
     return Done{};
 }
 
-Status rescue_mesh(MeshState& state, Domain& domain, const MeshOptions& options, const ComputePlace& place,
-                   StageClock& clock, Context& context) {
-    if (state.best->failed.empty()) return Done{};
-    return Rescue(state, domain, options, place, clock, context).run();
+Status rescue_mesh(MeshState& state, const Domain& whole, Domain& domain, const MeshOptions& options,
+                   const ComputePlace& place, StageClock& clock, Context& context) {
+    if (state.best->failed.empty() || options.repairs == 0) return Done{};
+    return Rescue(state, whole, domain, options, place, clock, context).run();
 }
 
 } // namespace hexopt

@@ -247,7 +247,7 @@ TEST_CASE("checkpoint: no bytes with a right checksum make the reader read beyon
                 for (int k = 0; k < 8; ++k) bytes[at + static_cast<std::size_t>(k)] = i % 2 ? '\xff' : '\0';
             renew_checksum(bytes);
             test::spill(scratch / "mutant", bytes);
-            const auto file = ArchiveFile::open(scratch / "mutant", "checkpoint", 2, context);
+            const auto file = ArchiveFile::open(scratch / "mutant", "checkpoint", 3, context);
             if (!file) continue;
             ArchiveReader reader = file->reader();
             RunIdentity identity;

@@ -10,6 +10,8 @@
 #include "samples/samples.hpp"
 #include "support/skip.hpp"
 
+#include "samples/grid.hpp"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -44,22 +46,8 @@ void check_patches(const HexMesh& mesh) {
     for (const BoundaryQuad& quad : mesh.boundary) REQUIRE(quad.patch < mesh.patch_names.size());
 }
 
-/// [0, n]^3 in unit cells.
-HexMesh make_grid(int n) {
-    HexMesh grid;
-    const auto at = [n](int i, int j, int k) { return static_cast<Index>((k * (n + 1) + j) * (n + 1) + i); };
-    for (int k = 0; k <= n; ++k)
-        for (int j = 0; j <= n; ++j)
-            for (int i = 0; i <= n; ++i) grid.positions.emplace_back(i, j, k);
-    for (int k = 0; k < n; ++k)
-        for (int j = 0; j < n; ++j)
-            for (int i = 0; i < n; ++i)
-                grid.cells.push_back({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
-                                      at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
-                                      at(i, j + 1, k + 1)});
-    grid.revision = 1;
-    return grid;
-}
+/// [0, n]^3 in unit cells, x fastest.
+HexMesh unit_grid(Index n) { return *make_grid({.cells = {n, n, n}, .high = Point(n)}, Parallel(1)); }
 
 } // namespace
 
@@ -108,7 +96,7 @@ TEST_CASE("settle: cells that cannot be valid on the surface get vertices off it
     Context context(2);
     auto domain = build_domain(cube(0, 4), {}, context);
     REQUIRE(domain);
-    const HexMesh grid = make_grid(4);
+    const HexMesh grid = unit_grid(4);
     const auto at = [](int i, int j, int k) { return static_cast<Index>((k * 5 + j) * 5 + i); };
     auto fitted = fit_boundary(grid, *domain, {}, context);
     REQUIRE(fitted);
@@ -147,7 +135,7 @@ TEST_CASE("sliding on a fresh boundary does not shrink the cells round what cann
     Context context(2);
     auto domain = build_domain(cube(0, 8), {}, context);
     REQUIRE(domain);
-    HexMesh grid = make_grid(8);
+    HexMesh grid = unit_grid(8);
     auto fitted = fit_boundary(grid, *domain, {}, context);
     REQUIRE(fitted);
     const auto at = [](int i, int j, int k) { return static_cast<Index>((k * 9 + j) * 9 + i); };

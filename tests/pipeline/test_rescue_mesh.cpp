@@ -28,7 +28,7 @@ struct Broken {
         auto refined = refine(domain, options.refine, context);
         REQUIRE(refined);
         state.emplace(std::move(*refined));
-        auto attempt = begin_attempt(state->refined, domain, options, state->counts, clock, context, nullptr);
+        auto attempt = begin_attempt(state->refined, domain, domain, options, state->counts, clock, context, nullptr);
         REQUIRE(attempt);
         REQUIRE(optimize_attempt(*attempt, nullptr, domain, options, {}, state->counts, clock, context));
         REQUIRE(attempt->failed.empty());
@@ -41,7 +41,7 @@ struct Broken {
         state->best = std::move(*attempt);
     }
 
-    Status rescue() { return rescue_mesh(*state, domain, options, {}, clock, context); }
+    Status rescue() { return rescue_mesh(*state, domain, domain, options, {}, clock, context); }
 };
 
 } // namespace
@@ -72,10 +72,11 @@ TEST_CASE("where no smaller cells are allowed what is bad is meshed anew without
     CHECK(compute_validity(best.fitted.mesh, Parallel(1)).is_valid());
 }
 
-TEST_CASE("nothing is meshed anew where no cell fails, the time is spent or all was cancelled") {
+TEST_CASE("nothing is meshed anew where no cell fails, no repairs are wanted, the time is spent or all was cancelled") {
     Broken broken;
     const std::size_t failed = broken.state->best->failed.size();
     SECTION("time") { broken.options.optimize.time_limit_s = 0; }
+    SECTION("repairs") { broken.options.repairs = 0; }
     SECTION("no failure") { broken.state->best->failed.clear(); }
     SECTION("cancelled") {
         broken.context.cancel();
