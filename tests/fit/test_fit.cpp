@@ -1,3 +1,4 @@
+#include "core/union_find.hpp"
 #include "mesh/hex_reference.hpp"
 #include "mesh/topology.hpp"
 #include "samples/box_mesh.hpp"
@@ -223,6 +224,30 @@ void check_ridges(const FittedMesh& result, const Domain& domain) {
     }
 }
 
+/// No one to four quads lie in the middle of another patch, without an edge that follows a curve.
+void check_islands(const FittedMesh& result) {
+    const std::vector<BoundaryQuad>& quads = result.mesh.boundary;
+    std::map<std::array<Index, 2>, std::vector<Index>> beside;
+    for (Index q = 0; q < quads.size(); ++q)
+        for (int k = 0; k < 4; ++k) {
+            const auto [a, b] = std::minmax(quads[q].vertices[k], quads[q].vertices[(k + 1) % 4]);
+            beside[{a, b}].push_back(q);
+        }
+    std::set<std::array<Index, 2>> ridges;
+    for (const auto& ridge : result.ridges) ridges.insert({ridge.a, ridge.b});
+    UnionFind parts(quads.size());
+    std::vector<std::uint8_t> has_ridge(quads.size(), 0);
+    for (const auto& [edge, own] : beside)
+        if (own.size() == 2 && !ridges.contains(edge) && quads[own[0]].patch == quads[own[1]].patch)
+            parts.join(own[0], own[1]);
+    std::map<Index, std::size_t> size;
+    for (Index q = 0; q < quads.size(); ++q) ++size[parts.find(q)];
+    for (const auto& [edge, own] : beside)
+        if (ridges.contains(edge))
+            for (Index q : own) has_ridge[parts.find(q)] = 1;
+    for (const auto& [part, count] : size) CHECK((count > 4 || has_ridge[part]));
+}
+
 /// Box [0, size] whose corner at `size` is cut off by a triangle with legs of length `cut`.
 TriangleSoup make_cut_box(const Point& size, double cut) {
     TriangleSoup soup = make_box(size);
@@ -300,6 +325,7 @@ TEST_CASE("fit: curves have their own patches beside them where others are relea
         auto fitted = fit_boundary(make_staircase(size, turn, 35, 0.1), *domain, {}, context);
         REQUIRE(fitted);
         check_ridges(fitted->fitted, *domain);
+        check_islands(fitted->fitted);
     }
 }
 

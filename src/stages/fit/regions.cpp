@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t kChunk = 512;
 /// A quad farther from its region's patch than this, in local edge lengths, does not belong to it.
 constexpr double kLeak = 1;
+/// Fewer quads than these are an island.
+constexpr std::size_t kIsland = 5;
 
 /// Finds the patch that a quad lies on.
 class PatchFinder {
@@ -207,6 +209,7 @@ class RegionFinder {
         }
         label_beside_ridges(patches);
         spread_labels();
+        absorb_islands();
         return true;
     }
 
@@ -281,12 +284,52 @@ class RegionFinder {
         bool changed = true;
         while (changed) {
             changed = false;
-            for (Index e = 0; e < surface_.edge.size(); ++e) {
-                const auto [q, r] = surface_.edge[e].quad;
-                if (regions_.edge_curve[e] == kNoIndex && r != kNoIndex) changed |= copy_label(q, r);
-            }
-            for (const auto& [q, r] : surface_.across) changed |= copy_label(q, r);
+            for_each_open_side([&](Index q, Index r) { changed |= copy_label(q, r); });
         }
+    }
+
+    /// Where patches are told apart quad by quad, a few quads of one that no curve puts there, within another
+    /// one's, are nearer to the wrong side of a curve: they take the label round them.
+    void absorb_islands() {
+        UnionFind islands(surface_.quad.size());
+        for_each_open_side([&](Index q, Index r) {
+            if (regions_.quad_patch[q] == regions_.quad_patch[r]) islands.join(q, r);
+        });
+        std::vector<std::size_t> size(surface_.quad.size(), 0);
+        for (Index q = 0; q < surface_.quad.size(); ++q) ++size[islands.find(q)];
+        std::vector<std::uint8_t> has_curve(surface_.quad.size(), 0);
+        for (Index e = 0; e < surface_.edge.size(); ++e)
+            for (std::size_t side = 0; side < 2 && regions_.edge_curve[e] != kNoIndex; ++side)
+                if (const Index q = surface_.edge[e].quad[side];
+                    expected_[e][side] != kNoIndex && expected_[e][side] == regions_.quad_patch[q])
+                    has_curve[islands.find(q)] = 1;
+        std::map<std::array<Index, 2>, std::size_t> votes; // of an island for a patch
+        const auto vote = [&](Index q, Index r) {
+            const Index island = islands.find(q);
+            if (size[island] < kIsland && !has_curve[island] && group_[q] != kNoIndex &&
+                group_[q] == group_[r] && island != islands.find(r))
+                ++votes[{island, regions_.quad_patch[r]}];
+        };
+        for_each_open_side([&](Index q, Index r) {
+            vote(q, r);
+            vote(r, q);
+        });
+        std::map<Index, std::pair<std::size_t, Index>> winner;
+        for (const auto& [key, count] : votes)
+            if (auto& best = winner[key[0]]; count > best.first) best = {count, key[1]};
+        for (Index q = 0; q < surface_.quad.size(); ++q)
+            if (const auto found = winner.find(islands.find(q)); found != winner.end())
+                regions_.quad_patch[q] = found->second.second;
+    }
+
+    /// Visits pairs of quads side by side that no curve parts.
+    template <class Visit>
+    void for_each_open_side(const Visit& visit) const {
+        for (Index e = 0; e < surface_.edge.size(); ++e) {
+            const auto [q, r] = surface_.edge[e].quad;
+            if (regions_.edge_curve[e] == kNoIndex && r != kNoIndex) visit(q, r);
+        }
+        for (const auto& [q, r] : surface_.across) visit(q, r);
     }
 
     bool copy_label(Index q, Index r) {
