@@ -42,4 +42,15 @@ class Checkpoint {
     std::optional<ArchiveFile> state_;
 };
 
+/// Where the state between stages is kept, if anywhere.
+struct Saving {
+    const Checkpoint* checkpoint;
+    const StageClock& clock;
+    Context& context;
+
+    void save(const MeshState& state) const {
+        if (checkpoint) checkpoint->save(state, clock, context);
+    }
+};
+
 } // namespace hexopt

@@ -27,7 +27,7 @@ struct MeshAttempt {
     /// itself; ascending.
     std::vector<Index> failed;
     std::optional<SettleTrial> trial; ///< where settling it was tried; only saves time
-    std::vector<Index> dropped; ///< curves of the whole domain that this attempt's has not; rising
+    std::vector<Index> dropped;       ///< curves of the whole domain that this attempt's has not; rising
 };
 
 /// What attempts on one octree share.

@@ -23,6 +23,12 @@ struct MeshState {
     explicit MeshState(RefineOutput output)
         : refined(std::move(output)), first_cells(refined.octree.cell_count()) {}
 
+    /// Whether the octree may be refined in so many cells: repairs end where it would grow beyond three times
+    /// its first size.
+    bool may_refine(std::size_t cells) const {
+        return refined.octree.cell_count() + 7 * cells <= 3 * first_cells;
+    }
+
     MeshPhase phase = MeshPhase::refined;
     RefineOutput refined;
     std::size_t first_cells;            ///< of the octree that the first attempt began with

@@ -1,16 +1,14 @@
 #include "pipeline/mesh_surface.hpp"
 
 #include "pipeline/checkpoint.hpp"
-#include "pipeline/feature_domains.hpp"
 #include "pipeline/finish_surface.hpp"
+#include "pipeline/make_attempts.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
 #include "pipeline/refine_to_count.hpp"
-#include "pipeline/repair_cells.hpp"
 #include "pipeline/rescue_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "stages/optimize/contact_guard.hpp"
-#include "stages/optimize/retreat.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -18,20 +16,6 @@
 namespace hexopt {
 
 namespace {
-
-/// Repairs end where the octree would grow beyond so many times its first size.
-constexpr std::size_t kMostGrowth = 3;
-/// Attempts after the best one that may be no better than it.
-constexpr std::ptrdiff_t kMostInVain = 2;
-/// Where more than this share of the cells fails, one attempt that leaves more than kWorthwhile of the
-/// fewest failed so far is the last: refining does not mend what fails all over.
-constexpr double kManyFailed = 3e-3, kWorthwhile = 0.8;
-/// Of the optimizer's time limit after which no attempt begins: what is left is for settling.
-constexpr double kRepairTimeShare = 0.5;
-/// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
-/// refined; it is good where nothing has to go farther than kNear_rel of the diagonal and no cell ends below
-/// a scaled Jacobian of kGoodSj.
-constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4, kGoodSj = 0.2;
 
 /// From patches of the domain to the input's names; quads without one take that of the nearest patch.
 void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel) {
@@ -128,207 +112,6 @@ void note_dropped(const MeshOutcome& outcome, const Domain& whole, std::vector<s
         "({:.6g}, {:.6g}, {:.6g}); --noise-angle 0 keeps them.",
         outcome.dropped_curves.size(), outcome.curves, p.x, p.y, p.z));
 }
-
-/// Where the state between stages is kept, if anywhere.
-struct Saving {
-    const Checkpoint* checkpoint;
-    const StageClock& clock;
-    Context& context;
-
-    void save(const MeshState& state) const {
-        if (checkpoint) checkpoint->save(state, clock, context);
-    }
-};
-
-/// From an octree to its best mesh on the surface, through attempts of which later ones are kept only if
-/// fewer cells fail.
-class Attempts {
-  public:
-    Attempts(const MeshOptions& options, const ComputePlace& place, MeshState& state, FeatureDomains& domains,
-             const Saving& saving, StageClock& clock, Context& context)
-        : options_(options), place_(place), state_(state), domains_(domains), saving_(saving), clock_(clock),
-          context_(context) {}
-
-    /// Meshes the octree; while cells fail it is refined round them and meshed anew, options.repairs times,
-    /// without the features that look like noise there.
-    /// Goes on from where the state is, to state.best. Cancelled with a best one: that has no stats.
-    Status run(LeakPath* leak) {
-        while (state_.phase < MeshPhase::attempted) {
-            Status done = state_.phase == MeshPhase::refined ? fit(leak) : optimize();
-            if (!done && !state_.best) return done;
-            if (!done && done.error().code == ErrorCode::cancelled) {
-                state_.best->stats.reset();
-                break;
-            }
-            if (!done) {
-                context_.log(LogLevel::warning, "the last repair is left out: " + done.error().one_line());
-                end();
-            }
-            if (state_.best && !state_.best->stats) break;
-            saving_.save(state_);
-        }
-        return Done{};
-    }
-
-  private:
-    Status fit(LeakPath* leak) {
-        const auto own = domains_.without(state_.dropped, context_);
-        if (!own) return own.error();
-        auto begun = begin_attempt(state_.refined, domains_.whole(), **own, options_, state_.counts, clock_,
-                                   context_, leak);
-        if (!begun) return begun.error();
-        begun->dropped = state_.dropped;
-        state_.current = std::move(*begun);
-        state_.phase = MeshPhase::fitted;
-        return Done{};
-    }
-
-    /// Ends the attempt under way and prepares the next one.
-    Status optimize() {
-        MeshAttempt& current = *state_.current;
-        const auto own = domains_.without(current.dropped, context_);
-        if (!own) return own.error();
-        const bool has_earlier = state_.best && state_.best->dropped == current.dropped;
-        if (Status done = optimize_attempt(current, has_earlier ? &*state_.best : nullptr, **own, options_,
-                                           place_, state_.counts, clock_, context_);
-            !done)
-            return done;
-        const bool is_cancelled = !current.stats;
-        const std::vector<Index> noisy = find_noise(current, **own);
-        const std::vector<Index> near =
-            find_cells_to_refine(current, failed_elsewhere(current, **own, domains_.whole(), noisy));
-        state_.attempts.push_back({current.fitted.mesh.cell_count(), current.failed.size(), 0});
-        log(current);
-        const bool is_best = !state_.best || current.failed.size() < state_.best->failed.size();
-        if (is_best) state_.best = std::move(current);
-        state_.current.reset();
-        if (is_cancelled) {
-            state_.best->stats.reset();
-            return Done{};
-        }
-        state_.phase = MeshPhase::refined;
-        const bool goes_on = !state_.best->failed.empty() && !(near.empty() && noisy.empty()) &&
-                             state_.round < options_.repairs && !is_in_vain() &&
-                             !(is_best && settles_near(*state_.best, **own)) && prepare_next(near, noisy);
-        if (!goes_on) end();
-        return Done{};
-    }
-
-    /// Whether the last attempts were no better than one before them.
-    bool is_in_vain() const {
-        const auto best = std::min_element(
-            state_.attempts.begin(), state_.attempts.end(),
-            [](const AttemptCount& a, const AttemptCount& b) { return a.failed < b.failed; });
-        return state_.attempts.end() - best > kMostInVain || is_hopeless();
-    }
-
-    bool is_hopeless() const {
-        const auto& attempts = state_.attempts;
-        const AttemptCount& last = attempts.back();
-        if (!(static_cast<double>(last.failed) > kManyFailed * static_cast<double>(last.cells))) return false;
-        return std::any_of(attempts.begin(), attempts.end() - 1, [&](const AttemptCount& a) {
-            return static_cast<double>(last.failed) > kWorthwhile * static_cast<double>(a.failed);
-        });
-    }
-
-    /// Whether cells fail that are few and only need the surface to be left by next to nothing.
-    bool settles_near(MeshAttempt& attempt, const Domain& domain) {
-        const std::size_t failed = attempt.failed.size(), cells = attempt.fitted.mesh.cell_count();
-        const double near = std::min(kNear_rel, options_.optimize.max_deviation_rel);
-        if (static_cast<double>(failed) > kFewFailed + kFewFailedShare * static_cast<double>(cells) ||
-            !(near > 0))
-            return false;
-        HexMesh trial = attempt.fitted.mesh;
-        RetreatOptions back;
-        back.unfitted = attempt.fitted.unfitted;
-        back.max_deviation = options_.optimize.max_deviation_rel * domain.model.diagonal();
-        return try_to_settle([&](double time_limit_s) {
-                   back.time_limit_s = time_limit_s;
-                   const RetreatReport report =
-                       retreat(trial, attempt.topology, domain.model, back, context_);
-                   if (context_.is_cancelled()) return false;
-                   attempt.trial = SettleTrial{trial.positions, report, {}};
-                   SettleReport off;
-                   find_backed_off(trial, domain.model, off);
-                   return report.bad_after + report.touching_after == 0 && off.deviation_rel <= near;
-               }) &&
-               try_to_settle([&](double time_limit_s) {
-                   OptimizeOptions raising = options_.optimize;
-                   raising.time_limit_s = time_limit_s;
-                   const auto raised =
-                       raise_settled(trial, attempt.topology, domain.model, raising, context_);
-                   if (raised && raising.max_min) {
-                       attempt.trial->positions = std::move(trial.positions);
-                       attempt.trial->raised = *raised;
-                   }
-                   return raised && raised->min_sj_after >= kGoodSj;
-               });
-    }
-
-    /// Runs a step that the optimizer's time limit bounds, if any of that is left.
-    template <class Step>
-    bool try_to_settle(const Step& step) {
-        const double left_s = state_.counts.optimize_s_left(options_);
-        if (!(left_s > 0)) return false;
-        const bool good = clock_.run("try_settle", [&] { return step(left_s); });
-        state_.counts.optimize_s += clock_.times().back().seconds;
-        return good;
-    }
-
-    /// False: there is no next attempt.
-    bool prepare_next(const std::vector<Index>& near, const std::vector<Index>& noisy) {
-        if (!(state_.counts.optimize_s < kRepairTimeShare * options_.optimize.time_limit_s)) return false;
-        const RefineCount count = refine_cells(state_.refined, near, context_);
-        state_.attempts.back().refined = count.requested;
-        ++state_.round;
-        state_.dropped.insert(state_.dropped.end(), noisy.begin(), noisy.end());
-        std::sort(state_.dropped.begin(), state_.dropped.end());
-        return count.requested > 0 || !noisy.empty();
-    }
-
-    void end() {
-        state_.current.reset();
-        state_.phase = MeshPhase::attempted;
-    }
-
-    std::vector<Index> find_noise(const MeshAttempt& attempt, const Domain& own) {
-        if (!(options_.noise_angle_deg > 0) || !options_.feature_lines.empty()) return {};
-        std::vector<Index> noisy =
-            find_noisy_curves(attempt, own, domains_.whole(), options_.noise_angle_deg);
-        if (!noisy.empty())
-            context_.log(LogLevel::debug,
-                         fmt::format("{} of {} features are noise", noisy.size(), own.model.curve_count()));
-        return noisy;
-    }
-
-    /// Cells that hold what failed, and a ring round them where so many fit; none: too many.
-    std::vector<Index> find_cells_to_refine(const MeshAttempt& attempt,
-                                            const std::vector<Index>& failed) const {
-        const HexMesh& octree = state_.refined.octree;
-        for (int rings = 1; rings >= 0; --rings) {
-            std::vector<Index> near = find_cells_round(octree, attempt.fitted.mesh, failed, rings);
-            if (octree.cell_count() + 7 * near.size() <= kMostGrowth * state_.first_cells) return near;
-        }
-        return {};
-    }
-
-    void log(const MeshAttempt& attempt) const {
-        if (attempt.failed.empty()) return;
-        const Point p = attempt.fitted.mesh.positions[attempt.fitted.mesh.cells[attempt.failed.front()][0]];
-        context_.log(LogLevel::debug,
-                     fmt::format("attempt {}: {} of {} cells fail, the first near ({:.6g}, {:.6g}, {:.6g})",
-                                 state_.round + 1, attempt.failed.size(), attempt.fitted.mesh.cell_count(),
-                                 p.x, p.y, p.z));
-    }
-
-    const MeshOptions& options_;
-    const ComputePlace& place_;
-    MeshState& state_;
-    FeatureDomains& domains_;
-    const Saving& saving_;
-    StageClock& clock_;
-    Context& context_;
-};
 
 /// Lets what fails leave the surface and raises the worst cells of the best attempt; meshes anew where that
 /// was not enough.
@@ -489,7 +272,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     auto state = start_or_resume(domains.whole(), options, outcome, clock, context, leak, checkpoint);
     if (!state) return state.error();
     const Saving saving{checkpoint, clock, context};
-    if (Status done = Attempts(options, *place, *state, domains, saving, clock, context).run(leak); !done)
+    if (Status done = make_attempts(*state, domains, options, *place, saving, clock, context, leak); !done)
         return done.error();
     const auto own = domains.without(state->best->dropped, context);
     if (!own) return own.error();

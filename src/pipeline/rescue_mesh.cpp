@@ -10,8 +10,6 @@ namespace {
 
 /// Rings of octree cells refined round what fails, in turn.
 constexpr int kRescueRings[] = {1, 3};
-/// Of the octree that the first attempt began with.
-constexpr std::size_t kMostGrowth = 3;
 
 class Rescue {
   public:
@@ -42,8 +40,7 @@ class Rescue {
     bool refine_round_failures(int rings) {
         const MeshAttempt& best = *state_.best;
         const auto near = find_cells_round(state_.refined.octree, best.fitted.mesh, best.failed, rings);
-        if (state_.refined.octree.cell_count() + 7 * near.size() > kMostGrowth * state_.first_cells)
-            return false;
+        if (!state_.may_refine(near.size())) return false;
         state_.refined.max_cells = options_.refine.max_cells;
         const RefineCount count = refine_cells(state_.refined, near, context_);
         state_.attempts.back().refined = count.requested;

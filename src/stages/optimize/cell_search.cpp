@@ -61,27 +61,34 @@ double mean_edge(const Cell& cell, std::span<const Point> positions, const float
 
 } // namespace
 
-std::vector<Index> find_bad_cells(const HexMesh& mesh, std::span<const Point> positions,
-                                  const Parallel& parallel) {
+namespace {
+
+/// Cells whose measure `fails(measure, lane)`.
+template <class Fails>
+std::vector<Index> find_measured(const HexMesh& mesh, std::span<const Point> positions,
+                                 const Parallel& parallel, const Fails& fails) {
     return find_cells(mesh, parallel,
                       [&](const GroupConstants& constants, std::size_t first, std::uint8_t* found) {
                           HexMeasure measure;
                           const HexGroup group = constants.group(mesh, positions, first);
                           hex_kernels().measure(group, measure);
-                          for (int i = 0; i < group.count; ++i) found[i] = !(measure.min_det32[i] > 0);
+                          for (int i = 0; i < group.count; ++i) found[i] = fails(measure, i);
                       });
+}
+
+} // namespace
+
+std::vector<Index> find_bad_cells(const HexMesh& mesh, std::span<const Point> positions,
+                                  const Parallel& parallel) {
+    return find_measured(mesh, positions, parallel,
+                         [](const HexMeasure& measure, int i) { return !(measure.min_det32[i] > 0); });
 }
 
 std::vector<Index> find_flat_cells(const HexMesh& mesh, std::span<const Point> positions, double min_sj,
                                    const Parallel& parallel) {
-    return find_cells(mesh, parallel,
-                      [&](const GroupConstants& constants, std::size_t first, std::uint8_t* found) {
-                          HexMeasure measure;
-                          const HexGroup group = constants.group(mesh, positions, first);
-                          hex_kernels().measure(group, measure);
-                          for (int i = 0; i < group.count; ++i)
-                              found[i] = !(measure.min_det32[i] > 0) || !(measure.min_sj[i] >= min_sj);
-                      });
+    return find_measured(mesh, positions, parallel, [&](const HexMeasure& measure, int i) {
+        return !(measure.min_det32[i] > 0) || !(measure.min_sj[i] >= min_sj);
+    });
 }
 
 namespace {
