@@ -3,6 +3,7 @@
 #include "domain/boundary_model_builder.hpp"
 #include "mesh/topology.hpp"
 #include "quality/mesh_validity.hpp"
+#include "samples/grid.hpp"
 #include "samples/samples.hpp"
 #include "stages/optimize/boundary_contacts.hpp"
 
@@ -23,15 +24,8 @@ struct Block {
     Index at(int i, int j, int k) const { return static_cast<Index>((k * (n + 1) + j) * (n + 1) + i); }
 
     explicit Block(int cells) : n(cells) {
-        for (int k = 0; k <= n; ++k)
-            for (int j = 0; j <= n; ++j)
-                for (int i = 0; i <= n; ++i) mesh.positions.emplace_back(i, j, k);
-        for (int k = 0; k < n; ++k)
-            for (int j = 0; j < n; ++j)
-                for (int i = 0; i < n; ++i)
-                    mesh.cells.push_back({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
-                                          at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
-                                          at(i, j + 1, k + 1)});
+        const auto side = static_cast<Index>(n);
+        mesh = *make_grid({.cells = {side, side, side}, .high = Point(n)}, Parallel(1));
         topology = compute_topology(mesh);
         Context context(1);
         auto model = build_boundary_model(mesh, topology, BoundaryOptions{}, context);

@@ -1,6 +1,7 @@
 #include "pipeline/carry_positions.hpp"
 
 #include "core/random.hpp"
+#include "samples/grid.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -16,15 +17,7 @@ Index id(Index i, Index j, Index k) { return i + (kSize + 1) * (j + (kSize + 1) 
 MeshAttempt make_attempt() {
     MeshAttempt attempt;
     HexMesh& mesh = attempt.fitted.mesh;
-    for (Index k = 0; k <= kSize; ++k)
-        for (Index j = 0; j <= kSize; ++j)
-            for (Index i = 0; i <= kSize; ++i) mesh.positions.emplace_back(i, j, k);
-    for (Index k = 0; k < kSize; ++k)
-        for (Index j = 0; j < kSize; ++j)
-            for (Index i = 0; i < kSize; ++i)
-                mesh.cells.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k),
-                                      id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1),
-                                      id(i, j + 1, k + 1)});
+    mesh = *make_grid({.cells = {kSize, kSize, kSize}, .high = Point(kSize)}, Parallel(1));
     attempt.fitted.association.resize(mesh.vertex_count());
     attempt.fitted.unfitted = attempt.start = mesh.positions;
     attempt.topology = compute_topology(mesh);

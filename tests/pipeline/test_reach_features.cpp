@@ -4,6 +4,7 @@
 #include "pipeline/mesh_attempt.hpp"
 #include "pipeline/mesh_surface.hpp"
 #include "quality/mesh_quality.hpp"
+#include "samples/grid.hpp"
 #include "support/shapes.hpp"
 #include "support/skip.hpp"
 
@@ -63,15 +64,7 @@ struct Marked {
 
     void make_mesh() {
         HexMesh& mesh = fitted.mesh;
-        for (int k = 0; k <= kCells; ++k)
-            for (int j = 0; j <= kCells; ++j)
-                for (int i = 0; i <= kCells; ++i) mesh.positions.emplace_back(i, j, k);
-        for (int k = 0; k < kCells; ++k)
-            for (int j = 0; j < kCells; ++j)
-                for (int i = 0; i < kCells; ++i)
-                    mesh.cells.push_back({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
-                                          at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
-                                          at(i, j + 1, k + 1)});
+        mesh = *make_grid({.cells = {kCells, kCells, kCells}, .high = Point(kCells)}, Parallel(1));
         topology = compute_topology(mesh);
     }
 
