@@ -62,9 +62,11 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
     if (const auto& released = outcome.fit.released_curves; !released.empty()) {
         const auto points = domain.model.curve_points(released.front().curve);
         const Point p = points[points.size() / 2];
-        notes.push_back(fmt::format("{} of {} feature curves are not followed by mesh edges, the first near "
-                                    "({:.6g}, {:.6g}, {:.6g}).",
-                                    released.size(), outcome.fit.curves, p.x, p.y, p.z));
+        notes.push_back(
+            fmt::format("{} of {} feature curves are not followed by mesh edges all along ({:.1f} % of "
+                        "the length of all is), the first near ({:.6g}, {:.6g}, {:.6g}).",
+                        released.size(), outcome.fit.curves,
+                        100 * outcome.fit.followed_length / outcome.fit.curve_length, p.x, p.y, p.z));
     }
     const std::size_t on_corners =
         outcome.reached ? outcome.reached->corners_after : outcome.fit.captured_corners;
