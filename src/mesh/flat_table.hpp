@@ -9,7 +9,7 @@
 namespace hexopt {
 
 /// Map from 64-bit keys (not ~0) to numbers: open addressing in two flat arrays, 12 bytes a slot, at most 3/4
-/// full. Nothing is ever taken out.
+/// full.
 class FlatTable {
   public:
     std::size_t size() const { return size_; }
@@ -31,6 +31,15 @@ class FlatTable {
         return value;
     }
 
+    /// Takes out what has a number of at least `value`.
+    void drop_from(Index value) {
+        FlatTable left;
+        left.reset(key_.size());
+        for (std::size_t i = 0; i < key_.size(); ++i)
+            if (key_[i] != kEmpty && value_[i] < value) left.take(key_[i], value_[i]);
+        *this = std::move(left);
+    }
+
   private:
     static constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
 
@@ -43,17 +52,24 @@ class FlatTable {
 
     void grow() {
         FlatTable larger;
-        const std::size_t slots = key_.empty() ? 64 : 2 * key_.size();
-        larger.key_.assign(slots, kEmpty);
-        larger.value_.assign(slots, kNoIndex);
-        for (std::size_t i = 0; i < key_.size(); ++i) {
-            if (key_[i] == kEmpty) continue;
-            const std::size_t slot = larger.slot_of(key_[i]);
-            larger.key_[slot] = key_[i];
-            larger.value_[slot] = value_[i];
-        }
-        larger.size_ = size_;
+        larger.reset(key_.empty() ? 64 : 2 * key_.size());
+        for (std::size_t i = 0; i < key_.size(); ++i)
+            if (key_[i] != kEmpty) larger.take(key_[i], value_[i]);
         *this = std::move(larger);
+    }
+
+    void reset(std::size_t slots) {
+        key_.assign(slots, kEmpty);
+        value_.assign(slots, kNoIndex);
+        size_ = 0;
+    }
+
+    /// There is room, and no such key yet.
+    void take(std::uint64_t key, Index value) {
+        const std::size_t slot = slot_of(key);
+        key_[slot] = key;
+        value_[slot] = value;
+        ++size_;
     }
 
     std::vector<std::uint64_t> key_;

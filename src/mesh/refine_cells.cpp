@@ -261,6 +261,21 @@ RefineCount CellRefinement::refine(std::span<const RefineRequest> requests, int 
     return count;
 }
 
+CellRefinement::Mark CellRefinement::mark() const {
+    return {nodes_.size(), positions_.size(), leaf_count_, uniform_mask_, mixed_};
+}
+
+void CellRefinement::go_back(const Mark& mark) {
+    nodes_.resize(mark.nodes);
+    for (RefineNode& node : nodes_)
+        if (!node.is_leaf() && node.first_child >= mark.nodes) node.mask = 0, node.first_child = kNoIndex;
+    positions_.resize(mark.vertices);
+    vertex_at_.drop_from(static_cast<Index>(mark.vertices));
+    leaf_count_ = mark.leaves;
+    uniform_mask_ = mark.uniform_mask;
+    mixed_ = mark.mixed;
+}
+
 RefineCount CellRefinement::balance(std::size_t max_leaves) {
     RefineCount sum;
     for (;;) {

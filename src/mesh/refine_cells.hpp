@@ -95,6 +95,16 @@ class CellRefinement {
     /// hanging vertices may have; nothing else does.
     RefineCount balance(std::size_t max_leaves = ~std::size_t{0});
 
+    /// How far the hierarchy is, to go back to that.
+    struct Mark {
+        std::size_t nodes, vertices, leaves;
+        AxisMask uniform_mask;
+        bool mixed;
+    };
+    Mark mark() const;
+    /// Takes back all splits since `mark`: nodes, vertices and later behaviour are as they were then.
+    void go_back(const Mark& mark);
+
     /// Leaves, depth first: children by xi, then eta, then zeta; roots in their order.
     std::vector<Index> leaves() const;
     LeafMesh leaf_mesh(const Parallel& parallel) const;

@@ -369,7 +369,25 @@ TEST_CASE("what cannot be refined is refused or counted") {
     REQUIRE_FALSE(CellRefinement::create(roots, Parallel(1)).has_value());
 }
 
-TEST_CASE("a refinement is made again from its roots and splits, and goes on the same way") {
+namespace {
+
+void check_same(const LeafMesh& a, const LeafMesh& b) {
+    CHECK(a.leaf_node == b.leaf_node);
+    CHECK(a.mesh.positions == b.mesh.positions);
+    CHECK(a.mesh.cells == b.mesh.cells);
+    CHECK(a.mesh.hanging.vertex == b.mesh.hanging.vertex);
+    CHECK(a.mesh.hanging.master == b.mesh.hanging.master);
+    CHECK(a.mesh.patch_names == b.mesh.patch_names);
+    REQUIRE(a.mesh.boundary.size() == b.mesh.boundary.size());
+    for (std::size_t i = 0; i < a.mesh.boundary.size(); ++i) {
+        CHECK(a.mesh.boundary[i].vertices == b.mesh.boundary[i].vertices);
+        CHECK(a.mesh.boundary[i].patch == b.mesh.boundary[i].patch);
+    }
+}
+
+} // namespace
+
+TEST_CASE("a refinement is made again from its roots and splits, or taken back, and goes on the same way") {
     for (const bool mixed : {false, true}) {
         HexMesh roots = make_ball();
         for (Index f = 0; f < 6; ++f) {
@@ -394,19 +412,20 @@ TEST_CASE("a refinement is made again from its roots and splits, and goes on the
             CellRefinement on = first;
             refine_some(on, 100 + round);
             refine_some(*second, 100 + round);
-            const LeafMesh a = on.leaf_mesh(Parallel(1)), b = second->leaf_mesh(Parallel(1));
-            CHECK(a.leaf_node == b.leaf_node);
-            CHECK(a.mesh.positions == b.mesh.positions);
-            CHECK(a.mesh.cells == b.mesh.cells);
-            CHECK(a.mesh.hanging.vertex == b.mesh.hanging.vertex);
-            CHECK(a.mesh.hanging.master == b.mesh.hanging.master);
-            CHECK(a.mesh.patch_names == b.mesh.patch_names);
-            REQUIRE(a.mesh.boundary.size() == b.mesh.boundary.size());
+            const LeafMesh a = on.leaf_mesh(Parallel(1));
             CHECK(a.mesh.boundary.size() > 6);
-            for (std::size_t i = 0; i < a.mesh.boundary.size(); ++i) {
-                CHECK(a.mesh.boundary[i].vertices == b.mesh.boundary[i].vertices);
-                CHECK(a.mesh.boundary[i].patch == b.mesh.boundary[i].patch);
-            }
+            check_same(a, second->leaf_mesh(Parallel(1)));
+
+            CellRefinement back = first;
+            const CellRefinement::Mark mark = back.mark();
+            for (std::uint64_t more = 0; more < 3; ++more) refine_some(back, 200 + round + more);
+            REQUIRE(back.node_count() > first.node_count());
+            back.go_back(mark);
+            CHECK(back.leaf_count() == first.leaf_count());
+            CHECK(back.vertex_count() == first.vertex_count());
+            check_same(back.leaf_mesh(Parallel(1)), first.leaf_mesh(Parallel(1)));
+            refine_some(back, 100 + round);
+            check_same(a, back.leaf_mesh(Parallel(1)));
         }
     }
 }

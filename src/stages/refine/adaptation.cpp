@@ -36,11 +36,11 @@ Status Adaptation::split_along_axes() {
         for (std::size_t i = 0; i < leaves.size(); ++i)
             if (axes[i] != 0) requests.push_back({leaves[i], axes[i]});
         if (requests.empty()) return Done{};
-        CellRefinement before = out_.refinement;
+        const CellRefinement::Mark mark = out_.refinement.mark();
         const RefineCount count = out_.refinement.refine(requests, 1, options_.max_cells);
         constexpr auto kRegion = static_cast<std::size_t>(RefineCriterion::region);
         if (count.over_budget || out_.refinement.leaf_count() > options_.max_cells) {
-            out_.refinement = std::move(before);
+            out_.refinement.go_back(mark);
             out_.stats.over_budget[kRegion] += requests.size();
             return Done{};
         }
@@ -137,16 +137,13 @@ std::vector<Index> Adaptation::spread(int level, const std::vector<Request>& req
 
 /// Splits, or leaves everything as it is and returns false where there would be too many cells.
 bool Adaptation::split(int level, const std::vector<Request>& requests) {
-    // Balance and layers multiply what is asked for by less than this on all but tiny meshes.
-    constexpr std::size_t kMost = 4 * 8;
-    if (out_.refinement.leaf_count() + kMost * requests.size() <= options_.max_cells)
-        return try_split(level, requests);
-    const CellRefinement refinement = out_.refinement;
-    const std::vector<CellElements> cells = cells_;
+    const CellRefinement::Mark mark = out_.refinement.mark();
+    std::vector<std::vector<Index>> nodes;
+    for (const CellElements& cells : cells_) nodes.push_back(cells.node);
     const RefineStats stats = out_.stats;
     if (try_split(level, requests)) return true;
-    out_.refinement = refinement;
-    cells_ = cells;
+    out_.refinement.go_back(mark);
+    for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].go_back(std::move(nodes[k]));
     out_.stats = stats;
     return false;
 }

@@ -52,6 +52,12 @@ struct CellElements {
         elements.item.insert(elements.item.end(), list.begin(), list.end());
         elements.offset.push_back(elements.item.size());
     }
+    /// Drops the last rows, and makes the others of interest where they were: `before` is what `node` was.
+    void go_back(std::vector<Index> before) {
+        node = std::move(before);
+        elements.offset.resize(node.size() + 1);
+        elements.item.resize(elements.offset.back());
+    }
 };
 
 /// Elements of every root; only roots that meet any.
