@@ -2,7 +2,6 @@
 
 #include "domain/drop_curves.hpp"
 #include "mesh/validate_structure.hpp"
-#include "stages/refine/refine_history.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -329,7 +328,7 @@ const char* name_of(MeshPhase phase) {
 }
 
 void write_state(ArchiveWriter& writer, const MeshState& state, const std::vector<StageTime>& times) {
-    writer(times, make_history(state.refined));
+    writer(times, state.octree.history());
     archive_rest(writer, const_cast<MeshState&>(state)); // the same function reads; writing changes nothing
 }
 
@@ -347,7 +346,7 @@ Result<MeshState> read_state(ArchiveReader& reader, const Domain& domain, std::v
     if (!reader.is_sound() || !reader.at_end()) return refusal("its bytes are no state of a run");
     if (!has_what_comes_next(state) || state.round < 0 || state.joins < 0)
         return refusal("its state is not one that a run can be in");
-    if (Status done = complete(state.counts, state.refined.octree, domain, context); !done)
+    if (Status done = complete(state.counts, state.octree.open(context).octree, domain, context); !done)
         return done.error();
     if (!are_curves_of(domain, state.dropped)) return refusal("its curves are not the surface's");
     for (std::optional<MeshAttempt>* attempt : {&state.current, &state.best})

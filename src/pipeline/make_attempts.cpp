@@ -51,7 +51,7 @@ class Attempts {
     Status fit(LeakPath* leak) {
         const auto own = domains_.without(state_.dropped, context_);
         if (!own) return own.error();
-        auto begun = begin_attempt(state_.refined, domains_.whole(), **own, options_, state_.counts, clock_,
+        auto begun = begin_attempt(state_.octree, domains_.whole(), **own, options_, state_.counts, clock_,
                                    context_, leak);
         if (!begun) return begun.error();
         begun->dropped = state_.dropped;
@@ -155,7 +155,7 @@ class Attempts {
     /// False: there is no next attempt.
     bool prepare_next(const std::vector<Index>& near, const std::vector<Index>& noisy) {
         if (!(state_.counts.optimize_s < kRepairTimeShare * options_.optimize.time_limit_s)) return false;
-        const RefineCount count = refine_cells(state_.refined, near, context_);
+        const RefineCount count = refine_cells(state_.octree.open(context_), near, context_);
         state_.attempts.back().refined = count.requested;
         ++state_.round;
         state_.dropped.insert(state_.dropped.end(), noisy.begin(), noisy.end());
@@ -165,6 +165,7 @@ class Attempts {
 
     void end() {
         state_.current.reset();
+        state_.octree.put_away();
         state_.phase = MeshPhase::attempted;
     }
 
@@ -179,9 +180,9 @@ class Attempts {
     }
 
     /// Cells that hold what failed, and a ring round them where so many fit; none: too many.
-    std::vector<Index> find_cells_to_refine(const MeshAttempt& attempt,
-                                            const std::vector<Index>& failed) const {
-        const HexMesh& octree = state_.refined.octree;
+    std::vector<Index> find_cells_to_refine(const MeshAttempt& attempt, const std::vector<Index>& failed) {
+        if (failed.empty()) return {};
+        const HexMesh& octree = state_.octree.open(context_).octree;
         for (int rings = 1; rings >= 0; --rings) {
             std::vector<Index> near = find_cells_round(octree, attempt.fitted.mesh, failed, rings);
             if (state_.may_refine(near.size())) return near;

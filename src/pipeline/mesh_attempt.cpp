@@ -39,9 +39,10 @@ bool captures_more(const FitReport& a, const FitReport& b) {
 
 /// Fits, and refines where features could not be captured while repairs are left. Finer cells may lose curves
 /// that coarser ones had: the best round counts, of equally good ones the last.
-Status fit_domain(RefineOutput& refined, const Domain& whole, const Domain& domain,
-                  const MeshOptions& options, AttemptCounts& counts, MeshAttempt& best, StageClock& clock,
-                  Context& context, LeakPath* leak) {
+Status fit_domain(OctreeStore& octree, const Domain& whole, const Domain& domain, const MeshOptions& options,
+                  AttemptCounts& counts, MeshAttempt& best, StageClock& clock, Context& context,
+                  LeakPath* leak) {
+    RefineOutput& refined = octree.open(context);
     for (bool first = true;; first = false) {
         begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
         auto trimmed = take_or(counts.trimmed, [&] {
@@ -135,13 +136,14 @@ std::vector<Index> find_failed_cells(const HexMesh& mesh, const Topology& topolo
     return failed;
 }
 
-Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& whole, const Domain& domain,
+Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, const Domain& domain,
                                   const MeshOptions& options, AttemptCounts& counts, StageClock& clock,
                                   Context& context, LeakPath* leak) {
     MeshAttempt attempt;
-    if (Status done = fit_domain(refined, whole, domain, options, counts, attempt, clock, context, leak);
+    if (Status done = fit_domain(octree, whole, domain, options, counts, attempt, clock, context, leak);
         !done)
         return done.error();
+    octree.put_away();
     if (options.buffers)
         if (Status done = insert_layers(attempt, domain, options, clock, context); !done) return done.error();
     if (Status sound = require_structure(attempt.fitted.mesh, "mesh", context.parallel()); !sound)

@@ -6,6 +6,7 @@
 #include "domain/fitted_mesh.hpp"
 #include "mesh/topology.hpp"
 #include "pipeline/mesh_surface.hpp"
+#include "pipeline/octree_store.hpp"
 #include "pipeline/settle_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
 
@@ -44,11 +45,11 @@ struct AttemptCounts {
     }
 };
 
-/// Trims `refined` at `whole`, fits its boundary to `domain`, which is the whole one or has fewer curves
+/// Trims `octree` at `whole`, fits its boundary to `domain`, which is the whole one or has fewer curves
 /// (refining where features could not be captured, as often as options.fit_repairs leaves) and inserts
-/// buffers. `refined` is left as it was trimmed last. Errors: bad_input (*leak gets the path where the
-/// surface leaks), out_of_memory, cancelled.
-Result<MeshAttempt> begin_attempt(RefineOutput& refined, const Domain& whole, const Domain& domain,
+/// buffers. `octree` is left as it was trimmed last, put away. Errors: bad_input (*leak gets the path where
+/// the surface leaks), out_of_memory, cancelled.
+Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, const Domain& domain,
                                   const MeshOptions& options, AttemptCounts& counts, StageClock& clock,
                                   Context& context, LeakPath* leak);
 

@@ -124,12 +124,13 @@ class PlanarRun {
         for (int round = 1;; ++round) {
             trimming.may_refine = trimming.may_refine && round < kMostRounds;
             trimming.may_join = state_->joins < options_.refine.gap_levels + kJoinLevels;
-            auto fitted = clock_.run(
-                "fit", [&] { return fit_outline(state_->refined.octree, curves, trimming, context_); });
+            auto fitted = clock_.run("fit", [&] {
+                return fit_outline(state_->octree.open(context_).octree, curves, trimming, context_);
+            });
             ++state_->counts.trims.count;
             if (fitted && fitted->asked_to_join) ++state_->joins;
             if (!fitted || fitted->refine_cells.empty()) return fitted;
-            if (refine_cells(state_->refined, fitted->refine_cells, context_).requested == 0)
+            if (refine_cells(state_->octree.open(context_), fitted->refine_cells, context_).requested == 0)
                 trimming.may_refine = false;
         }
     }
@@ -154,7 +155,7 @@ class PlanarRun {
             if (!fitted) return fitted.error();
             ++state_->counts.fit_rounds;
             report.row = fitted->row;
-            outcome_.trim.octree_cells = state_->refined.octree.cell_count();
+            outcome_.trim.octree_cells = state_->octree.cell_count();
             outcome_.trim.kept_cells = fitted->kept_cells;
             outcome_.trim.cut_cells = fitted->cut_cells;
             outcome_.trim.manifold_removed = fitted->removed_cells - fitted->dropped_cells;
@@ -170,10 +171,13 @@ class PlanarRun {
             }
             report.relax = *relaxed;
             if (state_->round >= options_.fit_repairs) break;
-            const std::vector<Index> coarse = find_coarse_cells(mesh_, state_->refined.octree, curves, chord);
-            if (coarse.empty() || refine_cells(state_->refined, coarse, context_).requested == 0) break;
+            const std::vector<Index> coarse =
+                find_coarse_cells(mesh_, state_->octree.open(context_).octree, curves, chord);
+            if (coarse.empty() ||
+                refine_cells(state_->octree.open(context_), coarse, context_).requested == 0)
+                break;
         }
-        outcome_.refine = state_->refined.stats;
+        outcome_.refine = state_->octree.stats();
         outcome_.trim_rounds = state_->counts.trims.count;
         outcome_.fit_rounds = state_->counts.fit_rounds;
         outcome_.curves = curves.curve_count();

@@ -2,6 +2,7 @@
 
 #include "pipeline/mesh_attempt.hpp"
 #include "pipeline/mesh_surface.hpp"
+#include "pipeline/octree_store.hpp"
 
 #include <optional>
 #include <vector>
@@ -20,17 +21,14 @@ const char* name_of(MeshPhase phase);
 
 /// A run between two of its stages: all that the rest of it hangs on but for the domain and the options.
 struct MeshState {
-    explicit MeshState(RefineOutput output)
-        : refined(std::move(output)), first_cells(refined.octree.cell_count()) {}
+    explicit MeshState(RefineOutput output) : octree(std::move(output)), first_cells(octree.cell_count()) {}
 
     /// Whether the octree may be refined in so many cells: repairs end where it would grow beyond three times
     /// its first size.
-    bool may_refine(std::size_t cells) const {
-        return refined.octree.cell_count() + 7 * cells <= 3 * first_cells;
-    }
+    bool may_refine(std::size_t cells) const { return octree.cell_count() + 7 * cells <= 3 * first_cells; }
 
     MeshPhase phase = MeshPhase::refined;
-    RefineOutput refined;
+    OctreeStore octree;
     std::size_t first_cells;            ///< of the octree that the first attempt began with
     int round = 0;                      ///< attempts before this one; planar: repairs
     int joins = 0;                      ///< planar: times that cells were refined to join parts

@@ -152,7 +152,7 @@ Status finish(MeshState& state, Domain& domain, const MeshOptions& options, Mesh
 /// Moves what the stages came to to the outcome.
 void take_results(MeshState state, MeshOutcome& outcome, Topology& topology) {
     MeshAttempt& best = *state.best;
-    outcome.refine = state.refined.stats;
+    outcome.refine = state.octree.stats();
     outcome.trim_rounds = state.counts.trims.count;
     outcome.fit_rounds = state.counts.fit_rounds;
     outcome.attempts = std::move(state.attempts);

@@ -27,6 +27,7 @@ class Rescue {
             bare.buffers = false;
             if (Status done = mesh_again(bare); !done) return done;
         }
+        state_.octree.put_away();
         bind_surface(domain_, state_.best->fitted); // the last one need not be the best
         return Done{};
     }
@@ -39,10 +40,11 @@ class Rescue {
 
     bool refine_round_failures(int rings) {
         const MeshAttempt& best = *state_.best;
-        const auto near = find_cells_round(state_.refined.octree, best.fitted.mesh, best.failed, rings);
+        RefineOutput& refined = state_.octree.open(context_);
+        const auto near = find_cells_round(refined.octree, best.fitted.mesh, best.failed, rings);
         if (!state_.may_refine(near.size())) return false;
-        state_.refined.max_cells = options_.refine.max_cells;
-        const RefineCount count = refine_cells(state_.refined, near, context_);
+        refined.max_cells = options_.refine.max_cells;
+        const RefineCount count = refine_cells(refined, near, context_);
         state_.attempts.back().refined = count.requested;
         return count.requested > 0;
     }
@@ -74,7 +76,7 @@ class Rescue {
 
     Result<MeshAttempt> try_again(const MeshOptions& options, SettleReport& report) {
         auto next =
-            begin_attempt(state_.refined, whole_, domain_, options, state_.counts, clock_, context_, nullptr);
+            begin_attempt(state_.octree, whole_, domain_, options, state_.counts, clock_, context_, nullptr);
         if (!next) return next;
         if (Status done =
                 optimize_attempt(*next, nullptr, domain_, options, place_, state_.counts, clock_, context_);

@@ -28,7 +28,8 @@ struct Broken {
         auto refined = refine(domain, options.refine, context);
         REQUIRE(refined);
         state.emplace(std::move(*refined));
-        auto attempt = begin_attempt(state->refined, domain, domain, options, state->counts, clock, context, nullptr);
+        auto attempt =
+            begin_attempt(state->octree, domain, domain, options, state->counts, clock, context, nullptr);
         REQUIRE(attempt);
         REQUIRE(optimize_attempt(*attempt, nullptr, domain, options, {}, state->counts, clock, context));
         REQUIRE(attempt->failed.empty());
@@ -72,7 +73,8 @@ TEST_CASE("where no smaller cells are allowed what is bad is meshed anew without
     CHECK(compute_validity(best.fitted.mesh, Parallel(1)).is_valid());
 }
 
-TEST_CASE("nothing is meshed anew where no cell fails, no repairs are wanted, the time is spent or all was cancelled") {
+TEST_CASE("nothing is meshed anew where no cell fails, no repairs are wanted, the time is spent or all was "
+          "cancelled") {
     Broken broken;
     const std::size_t failed = broken.state->best->failed.size();
     SECTION("time") { broken.options.optimize.time_limit_s = 0; }
