@@ -81,28 +81,32 @@ void BoundaryModelBuilder::add_patches(const BoundaryModelParts& parts, Boundary
                                        const Box& frame) {
     const Csr<Index> by_patch = group_by_patch(parts);
     const std::size_t count = parts.triangles.size();
-    model.triangles_.reserve(count);
-    if (parts.smooth) model.triangle_vertex_normal_.reserve(count);
-    model.source_.reserve(count);
-    model.patch_of_triangle_.reserve(count);
     model.triangle_tree_ = BoxTree(frame);
     VertexNormals normals(parts);
     std::vector<Box> patch_box;
-    std::vector<Index> roots, order;
+    std::vector<Index> roots, order, in_patch;
+    order.reserve(count);
     for (Index p = 0; p < parts.patch_count; ++p) {
         const std::span<const Index> triangles = by_patch[p];
-        if (parts.smooth) normals.start(triangles);
         std::vector<Box> boxes(triangles.size());
         Box patch;
         for (std::size_t i = 0; i < triangles.size(); ++i) {
             for (Index v : parts.triangles[triangles[i]]) boxes[i].add(parts.vertices[v]);
             patch.add(boxes[i]);
         }
-        const auto first = static_cast<Index>(model.triangles_.size());
-        roots.push_back(model.triangle_tree_.add_tree(boxes, first, order));
+        roots.push_back(model.triangle_tree_.add_tree(boxes, static_cast<Index>(order.size()), in_patch));
         patch_box.push_back(patch);
-        for (Index k : order) {
-            const Index t = triangles[k];
+        for (Index k : in_patch) order.push_back(triangles[k]);
+    }
+    // Only once all boxes are gone: triangles are most of the memory.
+    model.triangles_.reserve(count);
+    if (parts.smooth) model.triangle_vertex_normal_.reserve(count);
+    model.source_.reserve(count);
+    model.patch_of_triangle_.reserve(count);
+    for (Index p = 0; p < parts.patch_count; ++p) {
+        const auto first = static_cast<Index>(model.triangles_.size());
+        if (parts.smooth) normals.start(by_patch[p]);
+        for (Index t : std::span(order).subspan(first, by_patch[p].size())) {
             const std::array<Index, 3>& v = parts.triangles[t];
             const Point a = parts.vertices[v[0]], b = parts.vertices[v[1]], c = parts.vertices[v[2]];
             model.triangles_.push_back({{a, b, c}, unit_or_zero(glm::cross(b - a, c - a))});
@@ -111,7 +115,7 @@ void BoundaryModelBuilder::add_patches(const BoundaryModelParts& parts, Boundary
             model.source_.push_back(parts.source[t]);
             model.patch_of_triangle_.push_back(p);
         }
-        model.patches_.push_back({{first, static_cast<Index>(model.triangles_.size())}, roots.back()});
+        model.patches_.push_back({{first, static_cast<Index>(model.triangles_.size())}, roots[p]});
     }
     model.all_triangles_ = model.triangle_tree_.add_tree_of_trees(patch_box, roots);
 }

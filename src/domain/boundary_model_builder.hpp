@@ -10,8 +10,8 @@ struct BoundaryModelParts {
     std::vector<Point> vertices;
     std::vector<std::array<Index, 3>> triangles;
     std::vector<SourceFace> source; ///< per triangle
-    /// The last vertices lie inside quads (add_quads); their normals are those of the quad's corners,
-    /// weighted.
+    /// Where smooth: the last vertices lie inside quads (add_quads); their normals are those of the quad's
+    /// corners, weighted.
     struct Inside {
         Quad corners;
         std::array<double, 4> weight;

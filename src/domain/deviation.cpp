@@ -12,8 +12,8 @@ namespace hexopt {
 namespace {
 
 constexpr std::size_t kChunk = 256;
-constexpr int kMaxRounds = 60;
-constexpr std::size_t kBatch = 1 << 15; ///< pieces refined together, which bounds the memory
+constexpr Index kMaxCutsInARow = 60;
+constexpr std::size_t kBatch = 1 << 12; ///< pieces refined together, which bounds the memory
 
 /// Part of a segment (N = 2) or triangle (N = 3) whose distance is to be bounded: convex, with two ends or at
 /// most kMostCorners corners in order.
@@ -28,6 +28,7 @@ struct Piece {
     Index count;     ///< of corners
     Index element;   ///< of the source
     Index hint;      ///< of the target
+    Index cuts = 0;  ///< that led to it
     double distance; ///< of the centre
     double upper;    ///< bound of the distance over the piece
 
@@ -283,25 +284,37 @@ class DirectedMeasure {
         return first;
     }
 
-    /// Round by round, so that any number of threads gives the same.
+    /// Batches of fixed size, so that any number of threads gives the same; what was cut last comes first, or
+    /// few large pieces over many small elements would be cut into more than fits.
     void refine(std::vector<Piece<N>> pieces) {
-        for (int round = 0; !pieces.empty(); ++round) {
-            if (queries_ >= options_.max_queries || round == kMaxRounds || context_.is_cancelled()) {
+        std::vector<Piece<N>> batch, next;
+        while (!pieces.empty()) {
+            if (queries_ >= options_.max_queries || context_.is_cancelled()) {
                 for (const Piece<N>& piece : pieces) result_.upper = std::max(result_.upper, piece.upper);
                 return;
             }
-            std::vector<Piece<N>> next;
-            for (const Piece<N>& piece : pieces) {
-                const double limit = enough();
-                const double bound = piece.upper <= limit ? piece.upper : split(piece, target_, limit, next);
-                result_.upper = std::max(result_.upper, bound);
-            }
-            pieces = std::move(next);
-            context_.parallel().for_each(pieces.size(), kChunk,
-                                         [&](std::size_t i) { evaluate(target_, pieces[i]); });
-            queries_ += pieces.size();
-            for (const Piece<N>& piece : pieces) attain(piece);
+            const std::size_t rest = pieces.size() - std::min(pieces.size(), kBatch);
+            batch.assign(pieces.begin() + static_cast<std::ptrdiff_t>(rest), pieces.end());
+            pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(rest), pieces.end());
+            next.clear();
+            for (const Piece<N>& piece : batch) cut_further(piece, next);
+            context_.parallel().for_each(next.size(), kChunk,
+                                         [&](std::size_t i) { evaluate(target_, next[i]); });
+            queries_ += next.size();
+            for (const Piece<N>& piece : next) attain(piece);
+            pieces.insert(pieces.end(), next.begin(), next.end());
         }
+    }
+
+    void cut_further(const Piece<N>& piece, std::vector<Piece<N>>& parts) {
+        const double limit = enough();
+        double bound = piece.upper;
+        if (piece.upper > limit && piece.cuts < kMaxCutsInARow) {
+            const std::size_t first = parts.size();
+            bound = split(piece, target_, limit, parts);
+            for (std::size_t i = first; i < parts.size(); ++i) parts[i].cuts = piece.cuts + 1;
+        }
+        result_.upper = std::max(result_.upper, bound);
     }
 
     DirectedDeviation result_;
@@ -339,8 +352,13 @@ DirectedDeviation measure_triangles(const BoundaryModel& from, bool by_source, D
         .run(from.triangle_count(), [&](std::size_t i) {
             const auto t = static_cast<Index>(i);
             const auto& x = from.triangle(t);
-            return Piece<3>{{x[0], x[1], x[2]}, 3, by_source ? from.source_face(t) : t,
-                            kNoIndex,           0, std::numeric_limits<double>::infinity()};
+            return Piece<3>{{x[0], x[1], x[2]},
+                            3,
+                            by_source ? from.source_face(t) : t,
+                            kNoIndex,
+                            0,
+                            0,
+                            std::numeric_limits<double>::infinity()};
         });
 }
 
@@ -348,23 +366,34 @@ DirectedDeviation measure_segments(const BoundaryModel& from, const BoundaryMode
                                    const DeviationOptions& options, const Context& context) {
     return DirectedMeasure<2>({}, target, options, context).run(from.segment_count(), [&](std::size_t i) {
         const auto s = static_cast<Index>(i);
-        return Piece<2>{from.segment(s), 2, s, kNoIndex, 0, std::numeric_limits<double>::infinity()};
+        return Piece<2>{from.segment(s), 2, s, kNoIndex, 0, 0, std::numeric_limits<double>::infinity()};
     });
 }
 
 /// The mesh's boundary as one patch and its feature edges as a curve each.
-BoundaryModel build_distance_model(const HexMesh& mesh, std::span<const Quad> quads,
+BoundaryModel build_distance_model(const HexMesh& mesh, std::vector<Quad> quads,
                                    std::span<const std::array<Index, 2>> feature_edges, double tolerance,
                                    double& bilinear_gap) {
     BoundaryModelParts parts;
     parts.smooth = false;
-    parts.vertices.reserve(mesh.vertex_count() + quads.size());
-    parts.vertices.assign(mesh.positions.begin(), mesh.positions.end());
+    std::vector<Index> number(mesh.vertex_count(), kNoIndex);
+    const auto number_of = [&](Index v) {
+        if (number[v] == kNoIndex) {
+            number[v] = static_cast<Index>(parts.vertices.size());
+            parts.vertices.push_back(mesh.positions[v]);
+        }
+        return number[v];
+    };
+    parts.vertices.reserve(2 * quads.size() + 2 * feature_edges.size()); // with the quads' centres
+    for (Quad& quad : quads)
+        for (Index& v : quad) v = number_of(v);
+    for (const auto& edge : feature_edges)
+        for (Index v : edge) number_of(v);
     bilinear_gap = add_quads(quads, tolerance, parts);
     parts.patch.assign(parts.triangles.size(), 0);
     parts.patch_count = 1;
     for (const auto& edge : feature_edges) {
-        parts.curve_vertex.item.insert(parts.curve_vertex.item.end(), edge.begin(), edge.end());
+        for (Index v : edge) parts.curve_vertex.item.push_back(number[v]);
         parts.curve_vertex.offset.push_back(parts.curve_vertex.item.size());
         parts.curve_ends.push_back({0, 0}); // tangents are not used
     }
@@ -387,13 +416,13 @@ Result<Deviation> measure_deviation(const HexMesh& mesh, const Topology& topolog
                                     const DeviationOptions& options, Context& context) {
     assert(mesh.vertex_count() == model.associations().size());
     if (Status ok = check_boundary(mesh, topology); !ok) return ok.error();
-    const std::vector<Quad> quads = boundary_quads(mesh, topology);
+    std::vector<Quad> quads = boundary_quads(mesh, topology);
     Deviation result;
-    const BoundaryModel moved =
-        build_distance_model(mesh, quads, model.feature_edges(), model.quad_tolerance(), result.bilinear_gap);
+    const DirectedDeviation attained = measure_vertices(mesh, quads, model, context);
+    const BoundaryModel moved = build_distance_model(mesh, std::move(quads), model.feature_edges(),
+                                                     model.quad_tolerance(), result.bilinear_gap);
     result.diagonal = model.diagonal();
-    result.mesh_to_surface = measure_triangles(moved, true, measure_vertices(mesh, quads, model, context),
-                                               model, options, context);
+    result.mesh_to_surface = measure_triangles(moved, true, attained, model, options, context);
     result.surface_to_mesh = measure_triangles(model, false, {}, moved, options, context);
     if (model.segment_count() > 0 && moved.segment_count() > 0) {
         result.mesh_to_curves = measure_segments(moved, model, options, context);

@@ -23,7 +23,7 @@ class QuadVertices {
         // an edge from either side.
         const Point p = (w[0] * x[quad_[0]] + w[2] * x[quad_[2]]) + (w[1] * x[quad_[1]] + w[3] * x[quad_[3]]);
         parts_.vertices.push_back(p);
-        parts_.inside.push_back({quad_, w});
+        if (parts_.smooth) parts_.inside.push_back({quad_, w});
         return static_cast<Index>(parts_.vertices.size() - 1);
     }
 
@@ -74,7 +74,7 @@ int choose_cuts(double gap, double tolerance) {
 
 double add_quads(std::span<const Quad> quads, double tolerance, BoundaryModelParts& parts) {
     parts.vertices.reserve(parts.vertices.size() + quads.size());
-    parts.inside.reserve(parts.inside.size() + quads.size());
+    if (parts.smooth) parts.inside.reserve(parts.inside.size() + quads.size());
     parts.triangles.reserve(parts.triangles.size() + 4 * quads.size());
     parts.source.reserve(parts.source.size() + 4 * quads.size());
     double largest = 0;
