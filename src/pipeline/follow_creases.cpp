@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numbers>
+#include <optional>
 
 namespace hexopt {
 
@@ -21,6 +23,12 @@ constexpr double kReach = 1.1;
 constexpr double kLeastEdge = 0.4;
 /// What a move must leave of the sum of the distances' squares, at most.
 constexpr double kGain = 0.97;
+/// Ways that are tried in all directions, in lengths of the vertex's shortest boundary edge.
+constexpr std::array<double, 3> kSteps = {0.25, 0.12, 0.06};
+/// What they must leave of the sum of high powers, at most.
+constexpr double kSteepGain = 0.9;
+/// Places on a quad along each of its parameters where it is measured then.
+constexpr std::array<double, 3> kLattice = {1.0 / 6, 0.5, 5.0 / 6};
 
 class CreaseFollower {
   public:
@@ -35,23 +43,39 @@ class CreaseFollower {
     Result<FollowReport> run() {
         FollowReport report;
         measure(report.far_before, report.largest_before_rel);
-        for (int round = 0; round < options_.rounds; ++round) {
-            const std::size_t before = report.moved;
+        Status done = sweep(options_.rounds, report.moved, [&](Index v) { return improve(v); });
+        if (done && options_.search_rel > 0) {
+            limit_ = options_.search_rel * model_.diagonal();
+            std::fill(is_done_.begin(), is_done_.end(), 0);
+            tries_left_ =
+                static_cast<std::size_t>(options_.search_share * static_cast<double>(mesh_.cell_count()));
+            done = sweep(options_.search_rounds, report.moved, [&](Index v) { return search(v); });
+            limit_ = options_.distance_rel * model_.diagonal();
+        }
+        if (!done) return done.error();
+        measure(report.far_after, report.largest_after_rel);
+        return report;
+    }
+
+  private:
+    /// Rounds over the vertices of far quads and edges round which something has changed.
+    template <class Move>
+    Status sweep(int rounds, std::size_t& moved, const Move& move) {
+        for (int round = 0; round < rounds; ++round) {
+            const std::size_t before = moved;
             std::vector<Index> due = vertices_near_far_quads();
             std::erase_if(due, [&](Index v) { return is_done_[v] != 0; });
             for (Index v : due) is_done_[v] = 1;
             for (Index v : due) {
                 if (context_.is_cancelled())
                     return make_error(ErrorCode::cancelled, "settle", "", "cancelled");
-                report.moved += improve(v);
+                moved += move(v);
             }
-            if (report.moved == before) break;
+            if (moved == before) break;
         }
-        measure(report.far_after, report.largest_after_rel);
-        return report;
+        return Done{};
     }
 
-  private:
     void collect_surface() {
         const std::size_t count = mesh_.vertex_count();
         std::vector<std::vector<Index>> at(count);
@@ -64,9 +88,10 @@ class CreaseFollower {
             vertex_quad_.offset.push_back(vertex_quad_.item.size());
         }
         is_done_.assign(count, 0);
+        far_.assign(count, 0);
         is_held_.assign(count, 0);
         for (Index v : mesh_.hanging.vertex) is_held_[v] = 1;
-        for (Index v : mesh_.hanging.master) is_held_[v] = 1;
+        collect_followers(vertex_quad_);
         ridge_.resize(count);
         for (const auto& [a, b] : model_.feature_edges()) {
             ridge_[a].push_back(b);
@@ -74,6 +99,55 @@ class CreaseFollower {
         }
         hint_.assign(quads_.size(), kNoIndex);
         distance_.assign(quads_.size(), 0);
+    }
+
+    /// What moves along with vertices that others hang on, and whose quads and cells then count too.
+    void collect_followers(const Csr<Index>& quads) {
+        const Hanging& hanging = mesh_.hanging;
+        for (std::size_t row = 0; row < hanging.count(); ++row)
+            for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+                followers_[hanging.master[k]].rows.push_back(row);
+        const auto unite = [](std::vector<Index>& list) {
+            std::sort(list.begin(), list.end());
+            list.erase(std::unique(list.begin(), list.end()), list.end());
+        };
+        const auto add = [&](Follower& all, Index v) {
+            all.quads.insert(all.quads.end(), quads[v].begin(), quads[v].end());
+            for (const CellCorner& corner : topology_.vertex_cell[v]) all.cells.push_back(corner.cell);
+        };
+        for (auto& [master, all] : followers_) {
+            add(all, master);
+            for (std::size_t row : all.rows) add(all, hanging.vertex[row]);
+            unite(all.quads);
+            unite(all.cells);
+        }
+    }
+
+    /// Sets a vertex and those that hang on it.
+    void set_position(Index v, const Point& p) {
+        mesh_.positions[v] = p;
+        const auto found = followers_.find(v);
+        if (found == followers_.end()) return;
+        const Hanging& hanging = mesh_.hanging;
+        for (std::size_t row : found->second.rows) {
+            Point sum(0);
+            for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+                sum += hanging.weight[k] * mesh_.positions[hanging.master[k]];
+            mesh_.positions[hanging.vertex[row]] = sum;
+        }
+    }
+
+    std::span<const Index> quads_round(Index v) const {
+        const auto found = followers_.find(v);
+        return found == followers_.end() ? vertex_quad_[v] : std::span<const Index>(found->second.quads);
+    }
+
+    std::vector<Index> cells_round(Index v) const {
+        const auto found = followers_.find(v);
+        if (found != followers_.end()) return found->second.cells;
+        std::vector<Index> cells;
+        for (const CellCorner& corner : topology_.vertex_cell[v]) cells.push_back(corner.cell);
+        return cells;
     }
 
     double quad_distance(Index q) {
@@ -91,14 +165,24 @@ class CreaseFollower {
         largest_rel = largest == distance_.end() ? 0 : *largest / model_.diagonal();
     }
 
-    std::vector<Index> vertices_near_far_quads() const {
+    /// Each once, those of the farthest first.
+    std::vector<Index> vertices_near_far_quads() {
         std::vector<Index> vertices;
+        const auto add = [&](Index v, double distance) {
+            if (!(distance > limit_)) return;
+            if (far_[v] == 0) vertices.push_back(v);
+            far_[v] = std::max(far_[v], distance);
+        };
         for (std::size_t q = 0; q < quads_.size(); ++q)
-            if (distance_[q] > limit_) vertices.insert(vertices.end(), quads_[q].begin(), quads_[q].end());
-        for (const auto& [a, b] : model_.feature_edges())
-            if (edge_distance(a, b) > limit_) vertices.insert(vertices.end(), {a, b});
-        std::sort(vertices.begin(), vertices.end());
-        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+            for (Index v : quads_[q]) add(v, distance_[q]);
+        for (const auto& [a, b] : model_.feature_edges()) {
+            const double distance = edge_distance(a, b);
+            add(a, distance);
+            add(b, distance);
+        }
+        std::sort(vertices.begin(), vertices.end(),
+                  [&](Index a, Index b) { return far_[a] != far_[b] ? far_[a] > far_[b] : a < b; });
+        for (Index v : vertices) far_[v] = 0;
         return vertices;
     }
 
@@ -118,13 +202,99 @@ class CreaseFollower {
         return largest;
     }
 
+    /// Where a vertex that may move lies on what it is bound to.
+    std::optional<Projection> find_place(Index v) const {
+        const Association on = model_.associations()[v];
+        if (is_held_[v] || (on.kind != EntityKind::patch && on.kind != EntityKind::curve)) return {};
+        const Projection at = model_.project(on, mesh_.positions[v]);
+        if (at.distance > kOff_rel * model_.diagonal()) return {};
+        return at;
+    }
+
+    struct CellsRound {
+        std::vector<Index> cell;
+        std::vector<CellValidity> before;
+    };
+
+    CellsRound look_round(Index v) const {
+        CellsRound round{cells_round(v), {}};
+        for (Index cell : round.cell) round.before.push_back(compute_cell_validity(cell_points(mesh_, cell)));
+        return round;
+    }
+
+    /// Moves a vertex; what its quads' vertices do is open again.
+    void place(Index v, const Point& p) {
+        set_position(v, p);
+        for (Index q : quads_round(v)) {
+            distance_[q] = quad_distance(q);
+            for (Index u : quads_[q]) is_done_[u] = 0;
+        }
+    }
+
+    /// Moves a vertex step by step in whatever direction brings what is round it nearer; whether it did.
+    bool search(Index v) {
+        if (tries_left_ == 0) return false;
+        const auto at = find_place(v);
+        if (!at) return false;
+        --tries_left_;
+        const Association on = model_.associations()[v];
+        const Point start = mesh_.positions[v];
+        const double shortest = shortest_edge(v);
+        const LocalFrame frame = model_.local_frame(on, *at);
+        const CellsRound cells = look_round(v);
+        const double before = steep_badness(v, std::numeric_limits<double>::infinity());
+        const int directions = frame.freedom == 1 ? 2 : 8;
+        double least = before;
+        Point best = start;
+        for (double step : kSteps) {
+            const Point from = best;
+            for (int k = 0; k < directions; ++k) {
+                const double angle = 2 * std::numbers::pi * k / directions;
+                Point way = std::cos(angle) * frame.axis[0];
+                if (frame.freedom == 2) way += std::sin(angle) * frame.axis[1];
+                const Point p = model_.project(on, from + step * shortest * way, at->element).point;
+                set_position(v, p);
+                if (shortest_edge(v) < kLeastEdge * shortest || !keeps_cells(cells)) continue;
+                if (const double now = steep_badness(v, least); now < least) least = now, best = p;
+            }
+        }
+        set_position(v, start);
+        if (!(least < kSteepGain * before)) return false;
+        place(v, best);
+        return true;
+    }
+
+    /// Sum of high powers of the distances round a vertex: what the largest of them is, but smooth. Not
+    /// beyond `enough`.
+    double steep_badness(Index v, double enough) {
+        double sum = 0;
+        const auto add = [&](double distance) {
+            const double part = distance / limit_, square = part * part;
+            sum += square * square * square * square;
+        };
+        for (Index u : ridge_[v]) add(edge_distance(v, u));
+        for (Index q : quads_round(v)) {
+            if (sum >= enough) return sum;
+            std::array<Point, 4> x;
+            for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
+            for (double s : kLattice)
+                for (double t : kLattice) {
+                    const Point p = (1 - t) * ((1 - s) * x[0] + s * x[1]) + t * ((1 - s) * x[3] + s * x[2]);
+                    const Projection nearest = model_.project_patch(kNoIndex, p, hint_[q]);
+                    hint_[q] = nearest.element;
+                    add(nearest.distance);
+                }
+        }
+        return sum;
+    }
+
     /// Moves a vertex to the best of the places near it; whether it did.
     bool improve(Index v) {
+        const auto found = find_place(v);
+        if (!found) return false;
+        const Projection& at = *found;
         const Association on = model_.associations()[v];
-        if (is_held_[v] || (on.kind != EntityKind::patch && on.kind != EntityKind::curve)) return false;
         const Point start = mesh_.positions[v];
-        const Projection at = model_.project(on, start);
-        if (at.distance > kOff_rel * model_.diagonal()) return false;
         std::vector<Point> places = on.kind == EntityKind::patch ? crease_places(at) : bends(at);
         for (std::size_t k = 0, whole = places.size(); k < whole; ++k)
             places.push_back(model_.project(on, 0.5 * (start + places[k]), at.element).point);
@@ -135,22 +305,17 @@ class CreaseFollower {
         });
         if (places.empty()) return false;
         Badness least = badness(v);
-        std::vector<CellValidity> cells;
-        for (const CellCorner& corner : topology_.vertex_cell[v])
-            cells.push_back(compute_cell_validity(cell_points(mesh_, corner.cell)));
+        const CellsRound cells = look_round(v);
         Point best = start;
         for (const Point& p : places) {
-            mesh_.positions[v] = p;
+            set_position(v, p);
             const Badness now = badness(v);
-            if (now.is_better(least) && shortest_edge(v) >= kLeastEdge * shortest && keeps_cells(v, cells))
+            if (now.is_better(least) && shortest_edge(v) >= kLeastEdge * shortest && keeps_cells(cells))
                 least = now, best = p;
         }
-        mesh_.positions[v] = best;
+        set_position(v, start);
         if (best == start) return false;
-        for (Index q : vertex_quad_[v]) {
-            distance_[q] = quad_distance(q);
-            for (Index u : quads_[q]) is_done_[u] = 0;
-        }
+        place(v, best);
         return true;
     }
 
@@ -195,7 +360,7 @@ class CreaseFollower {
 
     Badness badness(Index v) {
         Badness all;
-        for (Index q : vertex_quad_[v]) {
+        for (Index q : quads_round(v)) {
             std::array<Point, 4> x;
             for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
             const auto add = [&](const Point& p) {
@@ -210,16 +375,20 @@ class CreaseFollower {
         return all;
     }
 
-    bool keeps_cells(Index v, const std::vector<CellValidity>& before) const {
-        for (std::size_t k = 0; k < before.size(); ++k) {
-            const CellValidity now =
-                compute_cell_validity(cell_points(mesh_, topology_.vertex_cell[v][k].cell));
+    bool keeps_cells(const CellsRound& round) const {
+        for (std::size_t k = 0; k < round.cell.size(); ++k) {
+            const CellValidity now = compute_cell_validity(cell_points(mesh_, round.cell[k]));
             if (!now.is_usable() ||
-                now.scaled_jacobian < std::min(before[k].scaled_jacobian, options_.min_sj))
+                now.scaled_jacobian < std::min(round.before[k].scaled_jacobian, options_.min_sj))
                 return false;
         }
         return true;
     }
+
+    struct Follower {
+        std::vector<std::size_t> rows; ///< of Hanging
+        std::vector<Index> quads, cells;
+    };
 
     HexMesh& mesh_;
     const Topology& topology_;
@@ -232,8 +401,11 @@ class CreaseFollower {
     Csr<Index> vertex_quad_;                ///< per vertex of the mesh
     std::vector<double> distance_;          ///< per quad, model units
     std::vector<Index> hint_;               ///< per quad
+    std::vector<double> far_;               ///< per vertex, 0 between uses
+    std::size_t tries_left_ = 0;            ///< of search()
     std::vector<std::vector<Index>> ridge_; ///< per vertex: other ends of its feature edges
-    std::vector<std::uint8_t> is_held_;     ///< per vertex: hangs, or others hang on it
+    std::vector<std::uint8_t> is_held_;     ///< per vertex: it hangs
+    std::map<Index, Follower> followers_;   ///< of vertices that others hang on
     std::vector<std::uint8_t> is_done_;     ///< per vertex: tried since its quads changed
 };
 

@@ -1,9 +1,12 @@
 #include "pipeline/follow_creases.hpp"
 
+#include "mesh/hanging.hpp"
+#include "mesh/refine_cells.hpp"
 #include "quality/mesh_quality.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace hexopt {
 
@@ -53,13 +56,32 @@ HexMesh make_mesh() {
     return mesh;
 }
 
+/// The same with the cells along y = 0 halved: vertices hang at y = 0.5.
+HexMesh make_two_sizes() {
+    auto refinement = CellRefinement::create(make_mesh(), Parallel(1));
+    REQUIRE(refinement);
+    std::vector<RefineRequest> requests;
+    for (Index node : refinement->leaves()) {
+        double nearest = 1;
+        for (Index v : refinement->node(node).vertices)
+            nearest = std::min(nearest, refinement->position(v).y);
+        if (nearest < 0.25) requests.push_back({node});
+    }
+    refinement->refine(requests);
+    HexMesh mesh = refinement->leaf_mesh(Parallel(1)).mesh;
+    for (Point& x : mesh.positions)
+        if (x.z > 0.9 * roof(x.x)) x.z = roof(x.x);
+    apply_hanging(mesh, Parallel(1));
+    return mesh;
+}
+
 struct Roofed {
-    HexMesh mesh = make_mesh();
+    HexMesh mesh;
     Topology topology = compute_topology(mesh);
     Context context{1};
     BoundaryModel model;
 
-    Roofed() {
+    explicit Roofed(HexMesh given = make_mesh()) : mesh(std::move(given)) {
         BoundaryOptions options;
         options.feature_angle_deg = 30;
         auto built = build_boundary_model(mesh, topology, make_roof(), options, context);
@@ -106,10 +128,56 @@ TEST_CASE("no cell becomes worse than it was and than it may") {
         CHECK(compute_cell_validity(cell_points(roofed.mesh, c)).scaled_jacobian >= before[c] - 1e-15);
 }
 
+TEST_CASE("hanging vertices follow those that they hang on") {
+    Roofed roofed(make_two_sizes());
+    REQUIRE(roofed.mesh.hanging.count() > 10);
+    const std::vector<Point> before = roofed.mesh.positions;
+    const auto report = follow_creases(roofed.mesh, roofed.topology, roofed.model, {}, roofed.context);
+    REQUIRE(report);
+    CHECK(report->largest_before_rel > 0.005);
+    CHECK(report->largest_after_rel < 0.1 * report->largest_before_rel);
+    std::vector<Point> hung = roofed.mesh.positions;
+    apply_hanging(roofed.mesh.hanging, hung, Parallel(1));
+    double largest = 0;
+    std::size_t moved = 0;
+    for (Index v : roofed.mesh.hanging.vertex) {
+        largest = std::max(largest, glm::distance(hung[v], roofed.mesh.positions[v]));
+        moved += roofed.mesh.positions[v] != before[v];
+    }
+    CHECK(largest < 1e-15);
+    CHECK(moved > 0);
+    const auto quality = compute_quality(roofed.mesh, roofed.topology, {}, roofed.context);
+    REQUIRE(quality);
+    CHECK(quality->validity.is_valid());
+}
+
+TEST_CASE("a search brings the farthest quads nearer where creases give no place to go") {
+    const auto follow = [](double search_rel, double share) {
+        Roofed roofed;
+        FollowOptions options;
+        options.distance_rel = 0.1; // creases are left alone
+        options.search_rel = search_rel;
+        options.search_share = share;
+        const auto report =
+            follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context);
+        REQUIRE(report);
+        const auto quality = compute_quality(roofed.mesh, roofed.topology, {}, roofed.context);
+        REQUIRE(quality);
+        CHECK(quality->validity.is_valid());
+        return *report;
+    };
+    const FollowReport all = follow(1e-3, 1), few = follow(1e-3, 0.02), none = follow(1e-3, 0);
+    CHECK(all.largest_after_rel < 0.5 * all.largest_before_rel);
+    CHECK(all.moved > 0);
+    CHECK(few.moved <= 1); // of 64 cells
+    CHECK(none.moved == 0);
+    CHECK(none.largest_after_rel == none.largest_before_rel);
+}
+
 TEST_CASE("vertices off the surface stay, and near quads are left alone") {
     Roofed roofed;
     FollowOptions options;
-    options.distance_rel = 0.1;
+    options.distance_rel = options.search_rel = 0.1;
     const auto near = follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context);
     REQUIRE(near);
     CHECK(near->moved == 0);
