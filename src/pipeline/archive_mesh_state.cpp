@@ -178,6 +178,11 @@ void archive(A& a, SettleReport& value) {
 }
 
 template <class A>
+void archive(A& a, CurveCut& value) {
+    a(value.curve, value.at);
+}
+
+template <class A>
 void archive(A& a, StageTime& value) {
     auto& [stage, seconds, cpu_seconds, peak_memory_bytes] = value;
     a(stage, seconds, cpu_seconds, peak_memory_bytes);
@@ -188,8 +193,8 @@ namespace {
 template <class A>
 void archive_rest(A& a, MeshState& state) {
     archive_enum(a, state.phase, MeshPhase::settled);
-    a(state.first_cells, state.round, state.joins, state.counts, state.attempts, state.dropped, state.current,
-      state.best, state.settle);
+    a(state.first_cells, state.round, state.joins, state.counts, state.attempts, state.cuts, state.narrow,
+      state.dropped, state.current, state.best, state.settle);
 }
 
 bool are_below(const std::vector<Index>& list, std::size_t count) {
@@ -332,12 +337,12 @@ void write_state(ArchiveWriter& writer, const MeshState& state, const std::vecto
     archive_rest(writer, const_cast<MeshState&>(state)); // the same function reads; writing changes nothing
 }
 
-Result<MeshState> read_state(ArchiveReader& reader, const Domain& domain, std::vector<StageTime>& times,
+Result<MeshState> read_state(ArchiveReader& reader, const Domain& given, std::vector<StageTime>& times,
                              Context& context) {
     RefineHistory history;
     reader(times, history);
     if (!reader.is_sound()) return refusal("its bytes are no state of a run");
-    if (history.finest_size.size() != domain.model.patch_count())
+    if (history.finest_size.size() != given.model.patch_count())
         return refusal("its sizes do not fit the surface");
     auto refined = replay_history(std::move(history), context);
     if (!refined) return refined.error();
@@ -346,9 +351,18 @@ Result<MeshState> read_state(ArchiveReader& reader, const Domain& domain, std::v
     if (!reader.is_sound() || !reader.at_end()) return refusal("its bytes are no state of a run");
     if (!has_what_comes_next(state) || state.round < 0 || state.joins < 0)
         return refusal("its state is not one that a run can be in");
+    std::optional<Domain> split;
+    if (!state.cuts.empty()) {
+        auto made = split_curves(given, state.cuts, context);
+        if (!made) return refusal("its curves are not the surface's");
+        split = std::move(*made);
+    }
+    const Domain& domain = split ? *split : given;
     if (Status done = complete(state.counts, state.octree.open(context).octree, domain, context); !done)
         return done.error();
-    if (!are_curves_of(domain, state.dropped)) return refusal("its curves are not the surface's");
+    if (!are_curves_of(domain, state.narrow) || !are_curves_of(domain, state.dropped) ||
+        !std::includes(state.dropped.begin(), state.dropped.end(), state.narrow.begin(), state.narrow.end()))
+        return refusal("its curves are not the surface's");
     for (std::optional<MeshAttempt>* attempt : {&state.current, &state.best})
         if (Status done = complete(*attempt, domain, context); !done) return done.error();
     if (state.settle.backed_off.size() > state.settle.backed_off_count)

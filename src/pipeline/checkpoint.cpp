@@ -9,8 +9,6 @@ namespace hexopt {
 namespace {
 
 constexpr const char *kKind = "checkpoint", *kFileName = "mesh.checkpoint";
-/// Raised with every change of what is stored.
-constexpr std::uint32_t kFormat = 3;
 
 } // namespace
 
@@ -41,7 +39,7 @@ Result<Checkpoint> Checkpoint::resume(const std::filesystem::path& folder, RunId
                     folder.string() + " holds no checkpoint yet: the run begins from the start");
         return start(folder, std::move(identity), context);
     }
-    auto archive = ArchiveFile::open(file, kKind, kFormat, context);
+    auto archive = ArchiveFile::open(file, kKind, kCheckpointFormat, context);
     if (!archive) return archive.error();
     RunIdentity before;
     ArchiveReader reader = archive->reader();
@@ -80,7 +78,7 @@ Result<MeshState> Checkpoint::load(const Domain& domain, StageClock& clock, Cont
 
 void Checkpoint::save(const MeshState& state, const StageClock& clock, Context& context) const {
     const Status saved = ArchiveFile::write(
-        file_, kKind, kFormat,
+        file_, kKind, kCheckpointFormat,
         [&](ArchiveWriter& writer) {
             writer(identity_);
             write_state(writer, state, clock.times());

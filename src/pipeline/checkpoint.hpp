@@ -9,6 +9,9 @@
 
 namespace hexopt {
 
+/// Of what a checkpoint stores; raised with every change of that.
+constexpr std::uint32_t kCheckpointFormat = 4;
+
 /// Where a run keeps its state between stages: one file in a folder, replaced at once.
 class Checkpoint {
   public:

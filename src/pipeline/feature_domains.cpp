@@ -1,6 +1,7 @@
 #include "pipeline/feature_domains.hpp"
 
 #include "domain/drop_curves.hpp"
+#include "domain/narrow_curves.hpp"
 
 #include <algorithm>
 
@@ -39,16 +40,16 @@ std::vector<std::uint8_t> vertices_near_failures(const MeshAttempt& attempt) {
     return near;
 }
 
-bool may_be_noise(const Domain& whole, Index curve, double below_deg) {
-    const CurveAngle& angle = whole.angle[curve];
-    if (whole.curve_open[curve] || std::max(180 - angle.smallest, angle.largest - 180) >= below_deg)
-        return false;
-    const std::span<const Index> own = whole.curve_patch[curve];
-    return !whole.triangle_name.empty() || own.size() < 2 ||
-           (own.size() == 2 && whole.patch_name[own[0]] == whole.patch_name[own[1]]);
-}
-
 } // namespace
+
+Status FeatureDomains::split(std::span<const CurveCut> cuts, Context& context) {
+    if (cuts.empty()) return Done{};
+    auto split = split_curves(whole_, cuts, context);
+    if (!split) return split.error();
+    whole_ = std::move(*split);
+    reduced_.reset();
+    return Done{};
+}
 
 Result<Domain*> FeatureDomains::without(std::span<const Index> curves, Context& context) {
     if (curves.empty()) return &whole_;
@@ -77,7 +78,7 @@ std::vector<Index> find_noisy_curves(const MeshAttempt& attempt, const Domain& o
     for (std::size_t c = 0; c < number.size(); ++c)
         if (at_failures[c] > 0 &&
             static_cast<double>(at_failures[c]) >= kNoisyShare * static_cast<double>(total[c]) &&
-            may_be_noise(whole, number[c], below_deg))
+            may_give_up(whole, number[c], below_deg))
             noisy.push_back(number[c]);
     return noisy;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "domain/domain.hpp"
+#include "domain/split_curves.hpp"
 #include "pipeline/mesh_attempt.hpp"
 
 #include <optional>
@@ -16,6 +17,8 @@ class FeatureDomains {
     explicit FeatureDomains(Domain& whole) : whole_(whole) {}
 
     Domain& whole() { return whole_; }
+    /// Cuts curves of the whole domain for good. Errors: those of split_curves().
+    Status split(std::span<const CurveCut> cuts, Context& context);
     /// The domain without the given curves of the whole one (rising); valid until it is asked for others.
     /// Errors: those of drop_curves().
     Result<Domain*> without(std::span<const Index> curves, Context& context);

@@ -361,6 +361,11 @@ std::vector<MeshKey> surface_keys() {
         number("features.noise_angle", "--noise-angle",
                "Features blunter than this many degrees are given up where cells fail at them; 0: none",
                {0, 180}, HEXOPT_FIELD(options.noise_angle_deg)),
+        number(
+            "features.narrow", "--narrow-features",
+            "Of features that run beside one another nearer than this many cells the blunter one is given up "
+            "there; 0: none",
+            {0, 1}, HEXOPT_FIELD(options.narrow_cells)),
         feature_files_key(),
         number("features.reach", "--features-reach",
                "How far lines of --features may be from the surface, as a fraction of its diagonal",

@@ -35,6 +35,9 @@ struct MeshOptions {
     /// Features that are blunter than this all along are given up where cells fail at a quarter of their
     /// vertices, and not where feature_lines are given; degrees, 0 (none) to 180.
     double noise_angle_deg = 60;
+    /// Where two features run beside one another nearer than this many cells of the octree, the blunter one is
+    /// given up there if noise_angle_deg lets it; not where feature_lines are given; 0 (nowhere) to 1.
+    double narrow_cells = 0.3;
     std::vector<FeatureLines> feature_lines; ///< features whatever their angle
     /// How far these may be from the surface, as a fraction of its diagonal; 0..0.01.
     double feature_reach_rel = 1e-3;

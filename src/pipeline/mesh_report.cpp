@@ -102,7 +102,7 @@ json trim_json(const TrimReport& r, int rounds) {
             {"is_closed_manifold", r.closed_manifold()}};
 }
 
-json fit_json(const FitReport& r, int rounds, const std::vector<Index>& dropped) {
+json fit_json(const FitReport& r, int rounds, const MeshOutcome& o) {
     json released = json::array();
     for (const auto& curve : r.released_curves)
         released.push_back({{"curve", curve.curve}, {"reason", fit::name_of(curve.reason)}});
@@ -112,7 +112,8 @@ json fit_json(const FitReport& r, int rounds, const std::vector<Index>& dropped)
             {"curves", r.curves},
             {"captured_curves", r.captured_curves},
             {"released_curves", released},
-            {"noisy_curves", dropped},
+            {"narrow_curves", o.narrow_curves},
+            {"noisy_curves", o.dropped_curves},
             {"followed_length_rel", r.curve_length > 0 ? r.followed_length / r.curve_length : 1.0},
             {"reroutes", r.reroutes},
             {"largest_distance", r.largest_distance}};
@@ -201,7 +202,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"surface", surface_json(o)},
             {"refine", refine_json(o.refine)},
             {"trim", trim_json(o.trim, o.trim_rounds)},
-            {"fit", fit_json(o.fit, o.fit_rounds, o.dropped_curves)},
+            {"fit", fit_json(o.fit, o.fit_rounds, o)},
             {"buffer", o.buffer ? buffer_json(*o.buffer) : json(nullptr)},
             {"planar", o.planar ? planar_json(*o.planar) : json(nullptr)},
             {"quality_before", to_json(o.before)},

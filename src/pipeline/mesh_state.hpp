@@ -1,5 +1,6 @@
 #pragma once
 
+#include "domain/split_curves.hpp"
 #include "pipeline/mesh_attempt.hpp"
 #include "pipeline/mesh_surface.hpp"
 #include "pipeline/octree_store.hpp"
@@ -34,6 +35,8 @@ struct MeshState {
     int joins = 0;                      ///< planar: times that cells were refined to join parts
     AttemptCounts counts;               ///< its memory of trims only saves time
     std::vector<AttemptCount> attempts; ///< that have ended
+    std::vector<CurveCut> cuts;         ///< of the domain's curves, made for good before the first attempt
+    std::vector<Index> narrow;          ///< curves after that which no attempt follows; rising
     std::vector<Index> dropped; ///< curves of the domain that the attempt under way goes without; rising
     std::optional<MeshAttempt> current; ///< under way
     std::optional<MeshAttempt> best;    ///< of those that have ended; after settling the settled mesh

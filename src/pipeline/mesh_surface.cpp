@@ -5,6 +5,7 @@
 #include "pipeline/make_attempts.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
+#include "pipeline/narrow_features.hpp"
 #include "pipeline/refine_to_count.hpp"
 #include "pipeline/rescue_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <iterator>
 
 namespace hexopt {
 
@@ -103,6 +105,16 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
                         "for the cells there; they are at most {:.3g} from it.",
                         outcome.cad->held, outcome.cad->vertices, outcome.cad->largest_after));
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
+}
+
+void note_narrow(const MeshOutcome& outcome, const Domain& whole, std::vector<std::string>& notes) {
+    if (outcome.narrow_curves.empty()) return;
+    const auto points = whole.model.curve_points(outcome.narrow_curves.front());
+    const Point p = points[points.size() / 2];
+    notes.push_back(fmt::format("{} feature curves or parts of them run beside sharper ones too near for "
+                                "cells and were given up, the first near ({:.6g}, {:.6g}, {:.6g}); smaller "
+                                "cells there or --narrow-features 0 keep them.",
+                                outcome.narrow_curves.size(), p.x, p.y, p.z));
 }
 
 void note_dropped(const MeshOutcome& outcome, const Domain& whole, std::vector<std::string>& notes) {
@@ -220,22 +232,47 @@ Status check_options(const MeshOptions& options) {
     return Done{};
 }
 
+/// Gives up features, or parts of them, beside which no cells fit.
+Status give_up_narrow(MeshState& state, FeatureDomains& domains, const MeshOptions& options,
+                      StageClock& clock, Context& context) {
+    if (!options.feature_lines.empty()) return Done{};
+    return clock.run("narrow_features", [&]() -> Status {
+        NarrowOptions narrow;
+        narrow.width = options.narrow_cells;
+        narrow.below_deg = options.noise_angle_deg;
+        NarrowCurves found = find_narrow_features(domains.whole(), state.octree.open(context).octree, narrow);
+        if (found.narrow.empty()) return Done{};
+        if (Status done = domains.split(found.cuts, context); !done) return done;
+        if (!found.cuts.empty()) state.counts.trims.memory = {}; // which numbers triangles
+        state.cuts = std::move(found.cuts);
+        state.dropped = state.narrow = std::move(found.narrow);
+        if (state.counts.fitted) { // which follows them, and took the trimmed mesh
+            state.counts.fitted.reset();
+            state.counts.trimmed.reset();
+        }
+        return Done{};
+    });
+}
+
 /// From the checkpoint where that holds a state, else from refining.
-Result<MeshState> start_or_resume(const Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
+Result<MeshState> start_or_resume(FeatureDomains& domains, const MeshOptions& options, MeshOutcome& outcome,
                                   StageClock& clock, Context& context, LeakPath* leak,
                                   Checkpoint* checkpoint) {
     if (checkpoint && checkpoint->has_state()) {
-        auto state = checkpoint->load(domain, clock, context);
-        if (state) outcome.resumed = name_of(state->phase);
+        auto state = checkpoint->load(domains.whole(), clock, context);
+        if (!state) return state;
+        outcome.resumed = name_of(state->phase);
+        if (Status done = domains.split(state->cuts, context); !done) return done.error();
         return state;
     }
     context.set_progress_range(progress::kSurfaceEnd, progress::kRefineEnd);
-    auto counted = refine_to_count(domain, options, clock, context, leak);
+    auto counted = refine_to_count(domains.whole(), options, clock, context, leak);
     if (!counted) return counted.error();
     MeshState state(std::move(counted->refined));
     state.counts.trims = std::move(counted->rounds);
     state.counts.trimmed = std::move(counted->trimmed);
     state.counts.fitted = std::move(counted->fitted);
+    if (Status done = give_up_narrow(state, domains, options, clock, context); !done) return done.error();
     Saving{checkpoint, clock, context}.save(state);
     return state;
 }
@@ -271,7 +308,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     const auto place = open_place(options.compute, context.parallel());
     if (!place) return place.error();
     outcome.device = place->reason;
-    auto state = start_or_resume(domains.whole(), options, outcome, clock, context, leak, checkpoint);
+    auto state = start_or_resume(domains, options, outcome, clock, context, leak, checkpoint);
     if (!state) return state.error();
     const Saving saving{checkpoint, clock, context};
     if (Status done = make_attempts(*state, domains, options, *place, saving, clock, context, leak); !done)
@@ -279,7 +316,9 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     const auto own = domains.without(state->best->dropped, context);
     if (!own) return own.error();
     Domain& domain = **own;
-    outcome.dropped_curves = state->best->dropped;
+    outcome.narrow_curves = state->narrow;
+    std::set_difference(state->best->dropped.begin(), state->best->dropped.end(), state->narrow.begin(),
+                        state->narrow.end(), std::back_inserter(outcome.dropped_curves));
     if (Status done = settle(*state, domains.whole(), domain, options, *place, saving, clock, context); !done)
         return done.error();
     if (Status done = finish(*state, domain, options, outcome, clock, context); !done) return done.error();
@@ -290,6 +329,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     name_patches(outcome.mesh, domain, context.parallel());
     if (options.buffers && !outcome.buffer)
         outcome.notes.emplace_back("Buffer layers were left out: with them not all cells became valid.");
+    note_narrow(outcome, domains.whole(), outcome.notes);
     note_dropped(outcome, domains.whole(), outcome.notes);
     add_notes(outcome, domain, outcome.notes);
     return outcome;

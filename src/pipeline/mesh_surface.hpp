@@ -51,7 +51,10 @@ struct MeshOutcome {
     RefineStats refine;
     TrimReport trim;
     int trim_rounds = 0; ///< times that cells were trimmed
-    FitReport fit;       ///< of the domain without dropped_curves
+    FitReport fit;       ///< of the domain without narrow_curves and dropped_curves
+    /// Curves of the domain, cut where need be, that were given up beside sharper ones
+    /// (MeshOptions::narrow_cells).
+    std::vector<Index> narrow_curves;
     /// Curves of the domain that were given up as noise where cells failed (MeshOptions::noise_angle_deg).
     std::vector<Index> dropped_curves;
     int fit_rounds = 0;                 ///< times that the boundary was fitted
