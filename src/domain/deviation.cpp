@@ -2,6 +2,7 @@
 
 #include "domain/boundary_model_builder.hpp"
 #include "domain/closest_point.hpp"
+#include "domain/sampled_distance.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -428,6 +429,8 @@ Result<Deviation> measure_deviation(const HexMesh& mesh, const Topology& topolog
         result.mesh_to_curves = measure_segments(moved, model, options, context);
         result.curves_to_mesh = measure_segments(model, moved, options, context);
     }
+    result.within_tenth_h_pct = percentage_within_tenth(mesh.positions, boundary_quads(mesh, topology), model,
+                                                        moved, context.parallel());
     result.largest_corner_distance = largest_corner_distance(mesh, model);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "deviation", "", "cancelled");
     return result;

@@ -36,6 +36,8 @@ struct Deviation {
     /// units.
     double bilinear_gap = 0;
     double diagonal = 0; ///< of the surface
+    /// Of both surfaces' area, by samples (percentage_within_tenth()); 0..100.
+    double within_tenth_h_pct = 100;
 
     double largest() const { return std::max(mesh_to_surface.largest, surface_to_mesh.largest); }
     double largest_rel() const { return diagonal > 0 ? largest() / diagonal : 0; }

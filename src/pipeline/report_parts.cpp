@@ -31,6 +31,7 @@ json deviation_json(const Deviation& d) {
     return {{"largest", d.largest()},
             {"largest_rel", d.largest_rel()},
             {"features_largest", d.feature_largest()},
+            {"within_tenth_h_pct", d.within_tenth_h_pct},
             {"diagonal", d.diagonal},
             {"mesh_to_surface", to_json(d.mesh_to_surface)},
             {"surface_to_mesh", to_json(d.surface_to_mesh)},

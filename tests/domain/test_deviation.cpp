@@ -49,6 +49,7 @@ TEST_CASE("a mesh deviates from its own boundary by exactly nothing") {
         CHECK(d.surface_to_mesh.upper == 0);
         CHECK(d.feature_largest() == 0);
         CHECK(d.largest_rel() == 0);
+        CHECK(d.within_tenth_h_pct == 100);
     }
 }
 
@@ -70,6 +71,23 @@ TEST_CASE("a cube grown about its centre deviates by what geometry says") {
     CHECK(d.mesh_to_surface.rms > 0.1);
     CHECK(d.mesh_to_surface.rms < 0.1 * std::sqrt(3.0));
     CHECK(d.bilinear_gap < 1e-15);
+}
+
+TEST_CASE("the share of the area within a tenth of a cell is what geometry says") {
+    const HexMesh cube = test::cube(4);
+    const Measured original = build(cube);
+    const auto share = [&](const Point& factor, int threads) {
+        HexMesh grown = cube;
+        for (Point& x : grown.positions) x = factor * x;
+        return measure(grown, original, {}, threads).within_tenth_h_pct;
+    };
+    CHECK(share({1, 1, 1}, 1) == 100);
+    CHECK(share({1.01, 1.01, 1.01}, 1) == 100);
+    CHECK(share({1.5, 1.5, 1.5}, 1) < 51); // the three faces that stay in their planes
+    // The top and the upper parts of the sides of the mesh and the top of the surface are off.
+    const double quads = 1 + 4 * 1.02, all_quads = 2 + 4 * 1.2, all_surface = 6;
+    CHECK(share({1, 1, 1.2}, 1) == Approx(100 * (quads + 5) / (all_quads + all_surface)).margin(1.5));
+    CHECK(share({1, 1, 1.2}, 3) == share({1, 1, 1.2}, 1));
 }
 
 TEST_CASE("vertices that slide in flat faces and along straight edges cause no deviation") {

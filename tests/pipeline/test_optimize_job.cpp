@@ -47,6 +47,7 @@ TEST_CASE("a job writes the mesh it measured, keeps the input's arrays, and repo
     CHECK(report["quality_before"]["validity"]["concave32"] == result->outcome.before.validity.concave_cells);
     CHECK(report["quality_after"]["validity"]["is_valid"] == true);
     CHECK(report["deviation"]["largest_rel"].get<double>() < 1e-12);
+    CHECK(report["deviation"]["within_tenth_h_pct"].get<double>() == 100);
     std::vector<std::string> stages;
     for (const auto& stage : report["stages"]) {
         stages.push_back(stage["stage"]);
