@@ -22,6 +22,9 @@ constexpr double kFolded = -0.9; ///< the same of quads at one edge, at its ends
 /// What is nearer to a quad's plane or border, of its edge, is on it: where a vertex hangs, edges run along
 /// or end on those of a larger quad, but for rounding.
 constexpr double kOn_rel = 1e-6;
+/// One in so many quads, or fewer, count as few.
+constexpr std::size_t kFewMoved = 8;
+constexpr double kBoxReach = 1.75; ///< of a quad's box from its centre, over its radius: sqrt(3) and rounding
 
 /// A quad as four triangles round its centre.
 struct Patch {
@@ -107,6 +110,11 @@ bool crosses(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r)
     return false;
 }
 
+/// Round a quad's centre, in which it looks for others.
+double search_radius(const Patch& at, const ContactLimits& limits) {
+    return at.radius + 4 * limits.clearance_rel * at.edge;
+}
+
 void make_unique(std::vector<Index>& items) {
     std::sort(items.begin(), items.end());
     items.erase(std::unique(items.begin(), items.end()), items.end());
@@ -151,6 +159,15 @@ class QuadTree {
         tree_ = BoxTree(frame);
         root_ = tree_.add_tree(boxes, 0, order_);
         for (Index& item : order_) item = which[item];
+    }
+
+    /// Whether the box of one of the quads may be within `radius` of a point.
+    bool is_near(const Point& at, double radius) const {
+        bool found = false;
+        if (order_.empty()) return found;
+        double radius2 = radius * radius;
+        tree_.visit_near(root_, at, radius2, [&](Index, Index) { found = true, radius2 = 0; });
+        return found;
     }
 
     /// visit(quad) for every quad whose box may be within `radius` of a point.
@@ -239,7 +256,7 @@ int ContactGuard::shared_vertices(Index a, Index b) const {
 void ContactGuard::append_facing(std::span<const Point> positions, const QuadTree& tree, Index quad,
                                  const ContactLimits& limits, std::vector<Pair>& found) const {
     const PlacedQuad at(positions, quads_[quad]);
-    tree.visit_near(at.centre, at.radius + 4 * limits.clearance_rel * at.edge, [&](Index r) {
+    tree.visit_near(at.centre, search_radius(at, limits), [&](Index r) {
         if (r == quad) return;
         const PlacedQuad other(positions, quads_[r]);
         if (glm::distance(at.centre, other.centre) >
@@ -315,13 +332,37 @@ void ContactGuard::append_folded(std::span<const Point> positions, Index quad, c
     }
 }
 
+/// Candidates that append_facing() may meet from one of `moved`: where few have moved, a tree over all would
+/// cost more than everything else.
+std::vector<Index> ContactGuard::candidates_near(std::span<const Point> positions,
+                                                 std::span<const Index> moved, const ContactLimits& limits,
+                                                 const Parallel& parallel) const {
+    std::vector<Index> asking;
+    double largest = 0;
+    for (Index q : moved) {
+        if (!is_candidate_[q]) continue;
+        asking.push_back(q);
+        largest = std::max(largest, search_radius(Patch(positions, quads_[q]), limits));
+    }
+    if (asking.empty()) return {};
+    if (kFewMoved * asking.size() > candidates_.size()) return candidates_;
+    const QuadTree tree(positions, quads_, asking);
+    std::vector<std::uint8_t> is_near(candidates_.size(), 0);
+    parallel.for_each(candidates_.size(), 1024, [&](std::size_t i) {
+        const Patch at(positions, quads_[candidates_[i]]);
+        is_near[i] = tree.is_near(at.centre, kBoxReach * at.radius + 1.01 * largest);
+    });
+    std::vector<Index> near;
+    for (std::size_t i = 0; i < is_near.size(); ++i)
+        if (is_near[i]) near.push_back(candidates_[i]);
+    return near;
+}
+
 std::vector<ContactGuard::Pair> ContactGuard::find_pairs(std::span<const Point> positions,
                                                          std::span<const Index> moved,
                                                          const ContactLimits& limits,
                                                          const Parallel& parallel) const {
-    bool any = false;
-    for (Index q : moved) any = any || is_candidate_[q];
-    const QuadTree tree(positions, quads_, any ? candidates_ : std::vector<Index>{});
+    const QuadTree tree(positions, quads_, candidates_near(positions, moved, limits, parallel));
     static constexpr std::size_t kChunk = 64;
     std::vector<std::vector<Pair>> partial((moved.size() + kChunk - 1) / kChunk);
     parallel.for_each(moved.size(), kChunk, [&](std::size_t i) {

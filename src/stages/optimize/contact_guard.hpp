@@ -59,6 +59,8 @@ class ContactGuard {
     using Pair = std::array<Index, 2>;
 
     void find_candidates(std::span<const Point> start, double deviation, const Parallel& parallel);
+    std::vector<Index> candidates_near(std::span<const Point> positions, std::span<const Index> moved,
+                                       const ContactLimits& limits, const Parallel& parallel) const;
     std::vector<Pair> find_pairs(std::span<const Point> positions, std::span<const Index> moved,
                                  const ContactLimits& limits, const Parallel& parallel) const;
     void append_facing(std::span<const Point> positions, const class QuadTree& tree, Index quad,
