@@ -17,6 +17,8 @@ constexpr double kStep = 0.2;
 constexpr double kMostSteps = 200;
 /// Cosine of the angle up to which two curves run side by side.
 constexpr double kSideBySide = 0.866;
+/// Of the width below which a curve goes for a sharper one: below it both edges of a ledge go.
+constexpr double kLedgeWidth = 0.5;
 /// In cells: as near to a vertex of the curve it is cut there.
 constexpr double kSnap = 0.25;
 
@@ -38,6 +40,11 @@ struct Sample {
     bool is_narrow = false;
 };
 
+/// By how much the surface turns at a curve, positive where it is convex.
+double mean_turn_deg(const Domain& domain, Index curve) {
+    return 180 - 0.5 * (domain.angle[curve].smallest + domain.angle[curve].largest);
+}
+
 double sharpness_deg(const Domain& domain, Index curve) {
     if (domain.curve_open[curve]) return 360;
     const CurveAngle& angle = domain.angle[curve];
@@ -54,8 +61,16 @@ class NarrowFinder {
     }
 
     NarrowCurves find() {
+        std::vector<std::vector<Interval>> ledges(order_.size());
         for (Index curve : order_)
-            if (may_give_up(domain_, curve, options_.below_deg)) given_up_[curve] = find_parts(curve);
+            if (may_give_up(domain_, curve, 180))
+                ledges[curve] = find_parts(curve, [&](const Sample& at) { return is_ledge(curve, at); });
+        given_up_ = ledges;
+        for (Index curve : order_)
+            if (may_give_up(domain_, curve, options_.below_deg))
+                given_up_[curve] = find_parts(curve, [&](const Sample& at) {
+                    return contains(ledges[curve], at.s) || is_beside_sharper(curve, at);
+                });
         return number_parts();
     }
 
@@ -118,22 +133,22 @@ class NarrowFinder {
         return samples;
     }
 
-    /// Whether a sharper curve runs beside this one there.
-    bool is_narrow(Index curve, const Sample& at) const {
-        const double reach = options_.width * at.cell;
+    /// Whether a curve that `counts`(curve, arc length) runs beside this one within `reach` there.
+    template <class Counts>
+    bool has_beside(Index curve, const Sample& at, double reach, const Counts& counts) const {
         double best2 = reach * reach;
         bool found = false;
         if (!(reach > 0)) return false;
         tree_.visit_near(root_, at.point, best2, [&](Index first, Index last) {
             for (Index k = first; k < last && !found; ++k) {
                 const Segment& other = segments_[leaf_[k]];
-                if (rank_[other.curve] >= rank_[curve]) continue;
+                if (other.curve == curve) continue;
                 const auto closest = closest_on_segment(at.point, other.end[0], other.end[1]);
                 const Point along = other.end[1] - other.end[0];
                 const double length = glm::length(along);
                 if (glm::distance(closest.point, at.point) > reach ||
                     std::abs(glm::dot(along, at.tangent)) < kSideBySide * length ||
-                    contains(given_up_[other.curve], other.s + closest.weight[1] * length))
+                    !counts(other.curve, other.s + closest.weight[1] * length))
                     continue;
                 found = true;
                 best2 = 0;
@@ -142,10 +157,27 @@ class NarrowFinder {
         return found;
     }
 
-    std::vector<Interval> find_parts(Index curve) {
+    bool is_beside_sharper(Index curve, const Sample& at) const {
+        return has_beside(curve, at, options_.width * at.cell, [&](Index other, double s) {
+            return rank_[other] < rank_[curve] && !contains(given_up_[other], s);
+        });
+    }
+
+    /// Whether this curve and one beside it turn the surface there and back.
+    bool is_ledge(Index curve, const Sample& at) const {
+        const double turn = mean_turn_deg(domain_, curve);
+        return has_beside(curve, at, kLedgeWidth * options_.width * at.cell, [&](Index other, double) {
+            return may_give_up(domain_, other, 180) &&
+                   std::abs(turn + mean_turn_deg(domain_, other)) < options_.ledge_deg &&
+                   turn * mean_turn_deg(domain_, other) < 0;
+        });
+    }
+
+    template <class IsNarrow>
+    std::vector<Interval> find_parts(Index curve, const IsNarrow& is_narrow) const {
         std::vector<Sample> samples = take_samples(curve);
         if (samples.empty()) return {};
-        for (Sample& sample : samples) sample.is_narrow = is_narrow(curve, sample);
+        for (Sample& sample : samples) sample.is_narrow = is_narrow(sample);
         std::vector<Interval> parts;
         for (std::size_t i = 0; i < samples.size(); ++i) {
             std::size_t end = i;

@@ -13,7 +13,8 @@ struct NarrowOptions {
     double width = 0.3;       ///< between two curves, in cells, below which no cells fit in
     double shortest = 1.5;    ///< of a narrow part that a curve is cut for, in cells
     double shortest_rest = 1; ///< of what is left of a curve, in cells
-    double below_deg = 60;    ///< only curves that turn by less all along are given up
+    double ledge_deg = 30;    ///< by which two edges of a ledge may turn the surface in all
+    double below_deg = 60;    ///< only curves that turn by less all along are given up for sharper ones
 };
 
 /// Parts of curves along which another one runs so near that no cells fit between them.
@@ -27,8 +28,9 @@ struct NarrowCurves {
 bool may_give_up(const Domain& domain, Index curve, double below_deg);
 
 /// Finds where two curves converge or run side by side, so that the patch between them is a sliver or ends in
-/// a cusp. Of two the blunter one is given up. cell_size: edge length of the cells at a point, model units;
-/// 0: there are none.
+/// a cusp. Of two the blunter one is given up if it may be; where they are half as near and turn the surface
+/// there and back (a ledge), both are, however sharp. cell_size: edge length of the cells at a point, model
+/// units; 0: there are none.
 NarrowCurves find_narrow_curves(const Domain& domain, const std::function<double(const Point&)>& cell_size,
                                 const NarrowOptions& options);
 

@@ -124,14 +124,14 @@ void archive(A& a, BufferReport& value) {
 
 template <class A>
 void archive(A& a, MeshAttempt& value) {
-    auto& [fitted, topology, start, stats, trim, fit, buffer, failed, trial, dropped] = value;
-    a(fitted, start, stats, trim, fit, buffer, failed, dropped); // the topology follows from the mesh
+    auto& [fitted, topology, start, stats, trim, fit, buffer, failed, low, trial, dropped] = value;
+    a(fitted, start, stats, trim, fit, buffer, failed, low, dropped); // the topology follows from the mesh
 }
 
 template <class A>
 void archive(A& a, AttemptCount& value) {
-    auto& [cells, failed, refined] = value;
-    a(cells, failed, refined);
+    auto& [cells, failed, low, refined] = value;
+    a(cells, failed, low, refined);
 }
 
 template <class A>
@@ -252,7 +252,7 @@ bool fits(const FitReport& report, const Domain& domain) {
 bool fits(const MeshAttempt& attempt, const Domain& domain) {
     const std::size_t cells = attempt.fitted.mesh.cell_count();
     return fits(attempt.fitted, domain) && is_sized(attempt.start, attempt.fitted) &&
-           fits(attempt.fit, domain) && are_below(attempt.failed, cells) &&
+           fits(attempt.fit, domain) && are_below(attempt.failed, cells) && are_below(attempt.low, cells) &&
            (!attempt.stats || fits(*attempt.stats, cells));
 }
 

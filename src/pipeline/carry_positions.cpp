@@ -86,8 +86,9 @@ class Carrying {
     void match() {
         const HexMesh& old = earlier_.fitted.mesh;
         std::vector<std::uint8_t> failed(old.vertex_count(), 0);
-        for (Index c : earlier_.failed)
-            for (Index v : old.cells[c]) failed[v] = 1;
+        for (const auto* bad : {&earlier_.failed, &earlier_.low})
+            for (Index c : *bad)
+                for (Index v : old.cells[c]) failed[v] = 1;
         const bool known = !now_.fitted.unfitted.empty() && !earlier_.fitted.unfitted.empty();
         const std::span<const Point> key = known ? now_.fitted.unfitted : now_.start;
         const PositionTable table(known ? earlier_.fitted.unfitted : earlier_.start);

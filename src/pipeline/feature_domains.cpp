@@ -29,14 +29,15 @@ void for_each_curve(const Association& bound, const Domain& domain, const Visit&
         for (Index c : domain.corner_curve[bound.entity]) visit(c);
 }
 
-/// Vertices of cells that failed and of those that share a vertex with one.
+/// Vertices of cells that failed or are low and of those that share a vertex with one.
 std::vector<std::uint8_t> vertices_near_failures(const MeshAttempt& attempt) {
     const HexMesh& mesh = attempt.fitted.mesh;
     std::vector<std::uint8_t> near(mesh.vertex_count(), 0);
-    for (Index cell : attempt.failed)
-        for (Index v : mesh.cells[cell])
-            for (CellCorner round : attempt.topology.vertex_cell[v])
-                for (Index u : mesh.cells[round.cell]) near[u] = 1;
+    for (const auto* bad : {&attempt.failed, &attempt.low})
+        for (Index cell : *bad)
+            for (Index v : mesh.cells[cell])
+                for (CellCorner round : attempt.topology.vertex_cell[v])
+                    for (Index u : mesh.cells[round.cell]) near[u] = 1;
     return near;
 }
 
@@ -83,8 +84,8 @@ std::vector<Index> find_noisy_curves(const MeshAttempt& attempt, const Domain& o
     return noisy;
 }
 
-std::vector<Index> failed_elsewhere(const MeshAttempt& attempt, const Domain& own, const Domain& whole,
-                                    std::span<const Index> curves) {
+std::vector<Index> cells_elsewhere(const std::vector<Index>& cells, const MeshAttempt& attempt,
+                                   const Domain& own, const Domain& whole, std::span<const Index> curves) {
     const std::vector<Index> number = whole_numbers(attempt, own, whole);
     const HexMesh& mesh = attempt.fitted.mesh;
     const auto is_at_curve = [&](Index v) {
@@ -95,7 +96,7 @@ std::vector<Index> failed_elsewhere(const MeshAttempt& attempt, const Domain& ow
         return found;
     };
     std::vector<Index> left;
-    for (Index cell : attempt.failed) {
+    for (Index cell : cells) {
         bool found = false;
         for (Index v : mesh.cells[cell])
             for (CellCorner round : attempt.topology.vertex_cell[v])

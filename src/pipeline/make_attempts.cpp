@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 namespace hexopt {
 
@@ -19,8 +20,8 @@ constexpr double kManyFailed = 3e-3, kWorthwhile = 0.8;
 constexpr double kRepairTimeShare = 0.5;
 /// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
 /// refined; it is good where nothing has to go farther than kNear_rel of the diagonal and no cell ends below
-/// a scaled Jacobian of kGoodSj.
-constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4, kGoodSj = 0.2;
+/// a scaled Jacobian of kLowSj.
+constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4;
 
 class Attempts {
   public:
@@ -72,11 +73,13 @@ class Attempts {
             return done;
         const bool is_cancelled = !current.stats;
         const std::vector<Index> noisy = find_noise(current, **own);
-        const std::vector<Index> near =
-            find_cells_to_refine(current, failed_elsewhere(current, **own, domains_.whole(), noisy));
-        state_.attempts.push_back({current.fitted.mesh.cell_count(), current.failed.size(), 0});
+        // Finer cells have not raised low ones where they were tried.
+        const std::vector<Index> near = find_cells_to_refine(
+            current, cells_elsewhere(current.failed, current, **own, domains_.whole(), noisy));
+        state_.attempts.push_back(
+            {current.fitted.mesh.cell_count(), current.failed.size(), current.low.size(), 0});
         log(current);
-        const bool is_best = !state_.best || current.failed.size() < state_.best->failed.size();
+        const bool is_best = !state_.best || is_better(current, *state_.best);
         if (is_best) state_.best = std::move(current);
         state_.current.reset();
         if (is_cancelled) {
@@ -84,18 +87,24 @@ class Attempts {
             return Done{};
         }
         state_.phase = MeshPhase::refined;
-        const bool goes_on = !state_.best->failed.empty() && !(near.empty() && noisy.empty()) &&
-                             state_.round < options_.repairs && !is_in_vain() &&
-                             !(is_best && settles_near(*state_.best, **own)) && prepare_next(near, noisy);
+        const bool goes_on = !(state_.best->failed.empty() && (!is_best || state_.best->low.empty())) &&
+                             !(near.empty() && noisy.empty()) && state_.round < options_.repairs &&
+                             !is_in_vain() && !(is_best && settles_near(*state_.best, **own)) &&
+                             prepare_next(near, noisy);
         if (!goes_on) end();
         return Done{};
     }
 
+    static bool is_better(const MeshAttempt& a, const MeshAttempt& b) {
+        return std::pair(a.failed.size(), a.low.size()) < std::pair(b.failed.size(), b.low.size());
+    }
+
     /// Whether the last attempts were no better than one before them.
     bool is_in_vain() const {
-        const auto best = std::min_element(
-            state_.attempts.begin(), state_.attempts.end(),
-            [](const AttemptCount& a, const AttemptCount& b) { return a.failed < b.failed; });
+        const auto best = std::min_element(state_.attempts.begin(), state_.attempts.end(),
+                                           [](const AttemptCount& a, const AttemptCount& b) {
+                                               return std::pair(a.failed, a.low) < std::pair(b.failed, b.low);
+                                           });
         return state_.attempts.end() - best > kMostInVain || is_hopeless();
     }
 
@@ -138,7 +147,7 @@ class Attempts {
                        attempt.trial->positions = std::move(trial.positions);
                        attempt.trial->raised = *raised;
                    }
-                   return raised && raised->min_sj_after >= kGoodSj;
+                   return raised && raised->min_sj_after >= kLowSj;
                });
     }
 
@@ -191,12 +200,14 @@ class Attempts {
     }
 
     void log(const MeshAttempt& attempt) const {
-        if (attempt.failed.empty()) return;
-        const Point p = attempt.fitted.mesh.positions[attempt.fitted.mesh.cells[attempt.failed.front()][0]];
+        const auto& bad = attempt.failed.empty() ? attempt.low : attempt.failed;
+        if (bad.empty()) return;
+        const Point p = attempt.fitted.mesh.positions[attempt.fitted.mesh.cells[bad.front()][0]];
         context_.log(LogLevel::debug,
-                     fmt::format("attempt {}: {} of {} cells fail, the first near ({:.6g}, {:.6g}, {:.6g})",
+                     fmt::format("attempt {}: {} of {} cells fail, {} are low, the first near ({:.6g}, "
+                                 "{:.6g}, {:.6g})",
                                  state_.round + 1, attempt.failed.size(), attempt.fitted.mesh.cell_count(),
-                                 p.x, p.y, p.z));
+                                 attempt.low.size(), p.x, p.y, p.z));
     }
 
     const MeshOptions& options_;

@@ -122,18 +122,21 @@ void bind_surface(Domain& domain, const FittedMesh& fitted) {
                                kQuadTolerance_rel * domain.model.diagonal());
 }
 
-std::vector<Index> find_failed_cells(const HexMesh& mesh, const Topology& topology,
-                                     const Parallel& parallel) {
-    std::vector<std::uint8_t> is_failed(mesh.cell_count(), 0);
+std::size_t find_bad_cells(MeshAttempt& attempt, const Parallel& parallel) {
+    enum : std::uint8_t { fine, low, failed };
+    const HexMesh& mesh = attempt.fitted.mesh;
+    std::vector<std::uint8_t> state(mesh.cell_count(), fine);
     parallel.for_each(mesh.cell_count(), kCellChunk, [&](std::size_t c) {
-        is_failed[c] = !compute_cell_validity(cell_points(mesh, c)).is_usable();
+        const CellValidity validity = compute_cell_validity(cell_points(mesh, c));
+        state[c] = !validity.is_usable() ? failed : validity.scaled_jacobian < kLowSj ? low : fine;
     });
-    for (Index face : find_boundary_contacts(mesh, topology, parallel))
-        is_failed[topology.boundary_faces[face].cell] = 1;
-    std::vector<Index> failed;
+    for (Index face : find_boundary_contacts(mesh, attempt.topology, parallel))
+        state[attempt.topology.boundary_faces[face].cell] = failed;
+    attempt.failed.clear();
+    attempt.low.clear();
     for (Index c = 0; c < mesh.cell_count(); ++c)
-        if (is_failed[c]) failed.push_back(c);
-    return failed;
+        if (state[c] != fine) (state[c] == low ? attempt.low : attempt.failed).push_back(c);
+    return attempt.failed.size() + attempt.low.size();
 }
 
 Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, const Domain& domain,
@@ -158,9 +161,7 @@ Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain
     if (Status done = optimize_on_surface(attempt, earlier, domain, options, place, counts, clock, context);
         !done)
         return done;
-    attempt.failed = clock.run("check", [&] {
-        return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());
-    });
+    clock.run("check", [&] { return find_bad_cells(attempt, context.parallel()); });
     return Done{};
 }
 

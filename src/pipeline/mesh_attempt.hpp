@@ -15,6 +15,9 @@
 
 namespace hexopt {
 
+/// Scaled Jacobian below which a cell that is valid is a reason to mesh anew.
+inline constexpr double kLowSj = 0.2;
+
 /// One way through the stages from an octree to a mesh on the surface.
 struct MeshAttempt {
     FittedMesh fitted; ///< its mesh after the optimizer, on the surface wherever it can be
@@ -27,6 +30,7 @@ struct MeshAttempt {
     /// Cells that are not certified valid, concave, or have a face where the boundary touches or crosses
     /// itself; ascending.
     std::vector<Index> failed;
+    std::vector<Index> low;           ///< others whose scaled Jacobian is below kLowSj; ascending
     std::optional<SettleTrial> trial; ///< where settling it was tried; only saves time
     std::vector<Index> dropped;       ///< curves of the whole domain that this attempt's has not; rising
 };
@@ -63,8 +67,7 @@ Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain
 /// Binds domain.model to the vertices of a fitted mesh.
 void bind_surface(Domain& domain, const FittedMesh& fitted);
 
-/// Cells that are concave or not certified valid, or have a face where the boundary touches or crosses
-/// itself; ascending, each once.
-std::vector<Index> find_failed_cells(const HexMesh& mesh, const Topology& topology, const Parallel& parallel);
+/// Finds attempt.failed and attempt.low. Returns how many both are.
+std::size_t find_bad_cells(MeshAttempt& attempt, const Parallel& parallel);
 
 } // namespace hexopt

@@ -34,6 +34,7 @@ struct PlanarReport {
 struct AttemptCount {
     std::size_t cells = 0;   ///< of the mesh
     std::size_t failed = 0;  ///< of these not valid on the surface, or where the boundary touches itself
+    std::size_t low = 0;     ///< of the others with a scaled Jacobian below 0.2
     std::size_t refined = 0; ///< octree cells split round them for the next attempt
 };
 

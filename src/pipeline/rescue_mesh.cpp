@@ -114,9 +114,7 @@ Status settle_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& o
     attempt.trial.reset();
     counts.optimize_s += clock.times().back().seconds;
     if (!done) return done;
-    attempt.failed = clock.run("check", [&] {
-        return find_failed_cells(attempt.fitted.mesh, attempt.topology, context.parallel());
-    });
+    clock.run("check", [&] { return find_bad_cells(attempt, context.parallel()); });
     return Done{};
 }
 

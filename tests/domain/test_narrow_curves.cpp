@@ -194,3 +194,40 @@ TEST_CASE("loops side by side lose the blunter one") {
     REQUIRE(found.narrow.size() == 1);
     CHECK(whole->model.curve_points(found.narrow[0])[0].z == Approx(1 - drop));
 }
+
+TEST_CASE("both edges of a ledge go where it is narrow, and neither where it is wide") {
+    Context context(1);
+    // A box of 4 x 2 x 2 whose front has a ledge at z = 1, 0.01 deep at x = 0 and 0.21 at x = 4.
+    TriangleSoup soup;
+    soup.vertices = {{0, 0, 0},    {4, 0, 0},    {4, 0, 1}, {0, 0, 1}, {0, 0.01, 1}, {4, 0.21, 1},
+                     {0, 0.01, 2}, {4, 0.21, 2}, {0, 2, 0}, {4, 2, 0}, {4, 2, 2},    {0, 2, 2}};
+    const auto add = [&](std::initializer_list<Index> polygon) {
+        const std::vector<Index> p(polygon);
+        for (std::size_t k = 1; k + 1 < p.size(); ++k) soup.triangles.push_back({p[0], p[k], p[k + 1]});
+    };
+    add({0, 1, 2, 3});
+    add({3, 2, 5, 4});
+    add({4, 5, 7, 6});
+    add({6, 7, 10, 11});
+    add({9, 8, 11, 10});
+    add({1, 0, 8, 9});
+    add({8, 0, 3, 4}); // the side x = 0 as a fan that holds the ledge
+    add({8, 4, 6, 11});
+    add({5, 2, 1, 9});
+    add({5, 9, 10, 7});
+    const auto whole = build_domain(soup, {}, context);
+    REQUIRE(whole);
+    REQUIRE(whole->open_edges == 0);
+    const NarrowCurves found = find_narrow_curves(*whole, [](const Point&) { return 0.5; }, {});
+    REQUIRE(found.narrow.size() == 2);
+    const auto split = split_curves(*whole, found.cuts, context);
+    REQUIRE(split);
+    // 0.15 cells are 0.075 wide, which the ledge is at x = 1.3.
+    for (Index c : found.narrow) {
+        const auto points = split->model.curve_points(c);
+        const auto [low, high] = std::minmax(points.front().x, points.back().x);
+        CHECK(low == 0);
+        CHECK(high == Approx(1.3).margin(0.15));
+        CHECK(points.front().z == Approx(1));
+    }
+}

@@ -83,7 +83,7 @@ TEST_CASE("attempts without some curves number those that are left as the whole 
         attempt.dropped = {dropped};
         CHECK(find_noisy_curves(attempt, **own, whole, 100) == std::vector<Index>{front});
         const std::vector<Index> at_front = {front}, elsewhere = {dropped};
-        CHECK(failed_elsewhere(attempt, **own, whole, at_front).empty());
-        CHECK(failed_elsewhere(attempt, **own, whole, elsewhere) == attempt.failed);
+        CHECK(cells_elsewhere(attempt.failed, attempt, **own, whole, at_front).empty());
+        CHECK(cells_elsewhere(attempt.failed, attempt, **own, whole, elsewhere) == attempt.failed);
     }
 }
