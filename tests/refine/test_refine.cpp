@@ -199,8 +199,10 @@ TEST_CASE("cells turn by no more than the angle of normals where levels allow") 
     REQUIRE(coarsest_small < 0.13);
 }
 
-TEST_CASE("creases inside a patch are refined until chords across them stay near the surface") {
-    // A box whose top is a roof of 2 x 11.3 degrees, in one patch with it.
+namespace {
+
+/// A box whose top is a roof of 2 x 11.3 degrees, in one patch with it.
+TriangleSoup make_roof() {
     TriangleSoup soup;
     append_box(soup, {0, 0, 0}, {4, 4, 1});
     const std::array<Point, 6> top = {Point(0, 0, 1), Point(2, 0, 1.4), Point(4, 0, 1),
@@ -216,12 +218,23 @@ TEST_CASE("creases inside a patch are refined until chords across them stay near
                                           : std::array<Index, 3>{first, first + 1, first + 2});
         soup.patch.push_back(2 + end);
     }
-    const Domain domain = make_domain(soup);
+    return soup;
+}
+
+RefineOptions only_creases() {
     RefineOptions options;
     options.surface.size = 0.6;
     options.gap_cells = options.wall_cells = options.feature_cells = 0;
     options.normal_angle_deg = 180;
     options.surface_rings = 0;
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("creases inside a patch are refined until chords across them stay near the surface") {
+    const Domain domain = make_domain(make_roof());
+    RefineOptions options = only_creases();
     options.chord_error_rel = 0;
     REQUIRE(size_at(run(domain, options), {2, 2, 1.4}) > 0.3);
     options.chord_error_rel = 0.02 / domain.model.diagonal(); // 22.6 degrees times size over 4
@@ -229,6 +242,23 @@ TEST_CASE("creases inside a patch are refined until chords across them stay near
     require_sound(out.octree);
     REQUIRE(size_at(out, {2, 2, 1.4}) <= 0.21);
     REQUIRE(size_at(out, {0.3, 2, 0}) > 0.3);
+}
+
+TEST_CASE("cells whose chords are twice too far off get one level more") {
+    const Domain domain = make_domain(make_roof());
+    const auto finest = [&](int levels, double chord_error) {
+        RefineOptions options = only_creases();
+        options.curvature_levels = levels;
+        options.chord_error_rel = chord_error / domain.model.diagonal();
+        return size_at(run(domain, options), {2, 2, 1.4});
+    };
+    const double none = finest(0, 0.012), one = finest(1, 0.02), two = finest(1, 0.012);
+    REQUIRE(none > 0.3);
+    REQUIRE(one == Approx(none / 2));
+    REQUIRE(0.394 / 4 * one < 2 * 0.02);
+    REQUIRE(0.394 / 4 * one > 2 * 0.012);
+    REQUIRE(two == Approx(none / 4));
+    REQUIRE(finest(1, 0.001) == two); // and no more than one
 }
 
 TEST_CASE("gaps get their cells, as far as levels allow") {

@@ -18,6 +18,8 @@ constexpr std::size_t kProbes = 8;
 /// Cells whose size is a level are taken to be no larger than this part of the diagonal where creases are
 /// sought.
 constexpr double kLargestSize_rel = 0.1;
+/// Cells whose chord leaves the surface by so many times what is allowed get a level more than others.
+constexpr double kSteep = 2;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Goal finer_by(const Goal& goal, int levels) {
@@ -109,6 +111,7 @@ SurfaceCriteria::SurfaceCriteria(const Domain& domain, const SurfaceElements& su
 Status SurfaceCriteria::set_size(const RefineOptions& options, const TargetSize& size) {
     given_up_ = {};
     finest_bend_.clear();
+    finest_steep_.clear();
     finest_gap_.clear();
     curve_goal_.clear();
     goal_.assign(domain_->model.patch_count(), goal_of(size));
@@ -122,6 +125,8 @@ Status SurfaceCriteria::set_size(const RefineOptions& options, const TargetSize&
     }
     for (const Goal& goal : goal_) {
         finest_bend_.push_back(finer_by(goal, options.curvature_levels));
+        finest_steep_.push_back(
+            finer_by(goal, options.curvature_levels > 0 ? options.curvature_levels + 1 : 0));
         finest_gap_.push_back(finer_by(goal, options.gap_levels));
     }
     find_creases_in_patches();
@@ -229,14 +234,20 @@ bool SurfaceCriteria::wants_curve_size(const CutCell& cell) const {
 }
 
 bool SurfaceCriteria::wants_normals(const CutCell& cell) const {
-    double limit = normal_angle_deg_;
-    if (chord_error_ > 0) limit = std::min(limit, 8 * chord_error_ / cell.size * 180 / std::numbers::pi);
-    if (crosses_crease(cell)) return true;
-    if (limit >= 180) return false;
+    if (turns_too_far(cell, finest_bend_, normal_angle_deg_, chord_error_)) return true;
+    return chord_error_ > 0 && turns_too_far(cell, finest_steep_, 180, kSteep * chord_error_);
+}
+
+bool SurfaceCriteria::turns_too_far(const CutCell& cell, const std::vector<Goal>& finest, double limit_deg,
+                                    double chord_error) const {
+    if (chord_error > 0)
+        limit_deg = std::min(limit_deg, 8 * chord_error / cell.size * 180 / std::numbers::pi);
+    if (crosses_crease(cell, finest, chord_error)) return true;
+    if (limit_deg >= 180) return false;
     std::vector<Index> open;
     for (Index element : cell.elements)
-        if (surface_->is_triangle(element) && allows(finest_bend_, cell, element)) open.push_back(element);
-    return !open.empty() && normal_spread_deg(cell.box, open) > limit;
+        if (surface_->is_triangle(element) && allows(finest, cell, element)) open.push_back(element);
+    return !open.empty() && normal_spread_deg(cell.box, open) > limit_deg;
 }
 
 /// A coarse tessellation turns at its edges, where quads that lie across leave it by more than they would
@@ -250,14 +261,15 @@ void SurfaceCriteria::find_creases_in_patches() {
     creases_ = find_patch_creases(model, 4 * chord_error_ / largest, 0.5 * largest);
 }
 
-bool SurfaceCriteria::crosses_crease(const CutCell& cell) const {
+bool SurfaceCriteria::crosses_crease(const CutCell& cell, const std::vector<Goal>& finest,
+                                     double chord_error) const {
     if (creases_.crease.empty()) return false;
     return std::any_of(cell.elements.begin(), cell.elements.end(), [&](Index triangle) {
-        if (!surface_->is_triangle(triangle) || !allows(finest_bend_, cell, triangle)) return false;
+        if (!surface_->is_triangle(triangle) || !allows(finest, cell, triangle)) return false;
         const auto creases = creases_.of_triangle[triangle];
         return std::any_of(creases.begin(), creases.end(), [&](Index c) {
             const auto& [a, b] = creases_.ends[c];
-            return chord_distance(creases_.crease[c], cell.size) > chord_error_ &&
+            return chord_distance(creases_.crease[c], cell.size) > chord_error &&
                    triangle_meets_box({a, b, b}, cell.box);
         });
     });

@@ -67,7 +67,9 @@ class SurfaceCriteria {
     bool wants_curve_size(const CutCell& cell) const;
     bool wants_normals(const CutCell& cell) const;
     void find_creases_in_patches();
-    bool crosses_crease(const CutCell& cell) const;
+    bool crosses_crease(const CutCell& cell, const std::vector<Goal>& finest, double chord_error) const;
+    bool turns_too_far(const CutCell& cell, const std::vector<Goal>& finest, double limit_deg,
+                       double chord_error) const;
     bool wants_gap(const CutCell& cell) const;
     bool wants_feature(const CutCell& cell) const;
     double curve_room(const CutCell& cell, Index segment, double reach) const;
@@ -83,7 +85,7 @@ class SurfaceCriteria {
 
     std::vector<Goal> goal_; ///< per zone
     /// Per zone: how far criteria of shape may go.
-    std::vector<Goal> finest_bend_, finest_gap_;
+    std::vector<Goal> finest_bend_, finest_steep_, finest_gap_;
     std::vector<std::uint8_t> in_outer_box_;    ///< per triangle; empty without such a box
     std::vector<std::uint8_t> all_outer_;       ///< per patch: all of it is
     std::vector<std::vector<Goal>> curve_goal_; ///< per curve

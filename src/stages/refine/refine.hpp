@@ -95,7 +95,7 @@ struct RefineOptions {
     /// The same while the chord of that turn leaves the surface by more (angle times size over 8), as a
     /// fraction of the surface's diagonal, 0..1; 0: never.
     double chord_error_rel = 2e-4;
-    int curvature_levels = 2; ///< how many levels these two may add to the patch's size, 0..20
+    int curvature_levels = 2; ///< they may add to the patch's size, 0..20; one more for steep chords (0: none)
     /// Least number of cells from a point of the surface along its normal to the surface on the other side,
     /// through the mesh (gap) and outside of it (wall); 0: not looked at. 0..100
     double gap_cells = 3;
