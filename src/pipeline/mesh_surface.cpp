@@ -45,6 +45,19 @@ void name_patches(HexMesh& mesh, const Domain& domain, const Parallel& parallel)
     for (BoundaryQuad& quad : mesh.boundary) quad.patch = number[quad.patch];
 }
 
+/// Distances of the surface from the mesh above this fraction of its diagonal are told.
+constexpr double kFar_rel = 1e-3;
+
+/// A part of the surface on which no quad lies: boundary vertices may all be on the surface nevertheless.
+std::string describe_far_surface(const Deviation& deviation) {
+    const DirectedDeviation& far = deviation.surface_to_mesh;
+    if (!(far.largest > kFar_rel * deviation.diagonal)) return {};
+    return fmt::format(
+        "The surface is up to {:.3g} ({:.2g} of the diagonal) away from the mesh, farthest near "
+        "({:.6g}, {:.6g}, {:.6g}): smaller cells there (--region, --cells) may help.",
+        far.largest, far.largest / deviation.diagonal, far.at.x, far.at.y, far.at.z);
+}
+
 void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std::string>& notes) {
     if (outcome.open_edges + outcome.nonmanifold_edges > 0)
         notes.push_back(fmt::format("The surface has {} open and {} non-manifold edges.", outcome.open_edges,
@@ -61,6 +74,8 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
         notes.emplace_back("The budget of cells was used up: some criteria of refinement were given up.");
     if (std::string bare = describe_bare_surface(outcome.trim); !bare.empty())
         notes.push_back(std::move(bare));
+    if (std::string far = describe_far_surface(outcome.deviation); !far.empty())
+        notes.push_back(std::move(far));
     if (const auto& released = outcome.fit.released_curves; !released.empty()) {
         const auto points = domain.model.curve_points(released.front().curve);
         const Point p = points[points.size() / 2];

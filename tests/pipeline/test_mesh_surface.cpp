@@ -12,6 +12,7 @@
 
 #include "samples/grid.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -72,6 +73,33 @@ TEST_CASE("a cube is meshed exactly, with its names") {
             const double on[] = {p.x, 2 - p.x, p.y, 2 - p.y, p.z, 2 - p.z};
             CHECK(std::abs(on[quad.patch]) < 1e-9);
         }
+}
+
+TEST_CASE("a part of the surface that no quad lies on is told, with its place") {
+    const auto told = [](const MeshOutcome& outcome) {
+        return std::find_if(outcome.notes.begin(), outcome.notes.end(), [](const std::string& note) {
+            return note.find("away from the mesh") != std::string::npos;
+        });
+    };
+    const auto whole = mesh(cube(0, 2), coarse(800));
+    REQUIRE(whole);
+    CHECK(told(*whole) == whole->notes.end());
+    TriangleSoup soup = cube(0, 2);
+    const TriangleSoup foil =
+        geometry::make_box({2.5, 0.5, 0.5}, {2.5005, 1, 1}, {"west", "east", "south", "north", "down", "up"});
+    const auto first = static_cast<Index>(soup.vertices.size());
+    soup.vertices.insert(soup.vertices.end(), foil.vertices.begin(), foil.vertices.end());
+    for (std::array<Index, 3> triangle : foil.triangles) {
+        for (Index& v : triangle) v += first;
+        soup.triangles.push_back(triangle);
+    }
+    soup.patch.insert(soup.patch.end(), foil.patch.begin(), foil.patch.end());
+    const auto outcome = mesh(soup, coarse(800));
+    INFO((outcome ? "" : outcome.error().one_line()));
+    REQUIRE(outcome);
+    REQUIRE(outcome->deviation.surface_to_mesh.largest == Approx(0.5).margin(0.01));
+    REQUIRE(told(*outcome) != outcome->notes.end());
+    CHECK(told(*outcome)->find("near (2.5") != std::string::npos);
 }
 
 TEST_CASE("a cylinder is meshed validly, the same for any number of threads") {
