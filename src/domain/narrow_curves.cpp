@@ -19,6 +19,8 @@ constexpr double kMostSteps = 200;
 constexpr double kSideBySide = 0.866;
 /// Of the width below which a curve goes for a sharper one: below it both edges of a ledge go.
 constexpr double kLedgeWidth = 0.5;
+/// In cells: two curves as near as this meet.
+constexpr double kTouch = 0.02;
 /// In cells: as near to a vertex of the curve it is cut there.
 constexpr double kSnap = 0.25;
 
@@ -64,13 +66,20 @@ class NarrowFinder {
         std::vector<std::vector<Interval>> ledges(order_.size());
         for (Index curve : order_)
             if (may_give_up(domain_, curve, 180))
-                ledges[curve] = find_parts(curve, [&](const Sample& at) { return is_ledge(curve, at); });
+                ledges[curve] = find_parts(
+                    curve, [&](const Sample& at) { return is_ledge(curve, at); },
+                    [](const Sample&) { return true; });
         given_up_ = ledges;
         for (Index curve : order_)
             if (may_give_up(domain_, curve, options_.below_deg))
-                given_up_[curve] = find_parts(curve, [&](const Sample& at) {
-                    return contains(ledges[curve], at.s) || is_beside_sharper(curve, at);
-                });
+                given_up_[curve] = find_parts(
+                    curve,
+                    [&](const Sample& at) {
+                        return contains(ledges[curve], at.s) || is_beside_sharper(curve, at, options_.width);
+                    },
+                    [&](const Sample& at) {
+                        return contains(ledges[curve], at.s) || is_beside_sharper(curve, at, kTouch);
+                    });
         return number_parts();
     }
 
@@ -157,8 +166,8 @@ class NarrowFinder {
         return found;
     }
 
-    bool is_beside_sharper(Index curve, const Sample& at) const {
-        return has_beside(curve, at, options_.width * at.cell, [&](Index other, double s) {
+    bool is_beside_sharper(Index curve, const Sample& at, double cells) const {
+        return has_beside(curve, at, cells * at.cell, [&](Index other, double s) {
             return rank_[other] < rank_[curve] && !contains(given_up_[other], s);
         });
     }
@@ -173,8 +182,10 @@ class NarrowFinder {
         });
     }
 
-    template <class IsNarrow>
-    std::vector<Interval> find_parts(Index curve, const IsNarrow& is_narrow) const {
+    /// Parts of a curve that are narrow, with a place in each where it `is_hopeless`.
+    template <class IsNarrow, class IsHopeless>
+    std::vector<Interval> find_parts(Index curve, const IsNarrow& is_narrow,
+                                     const IsHopeless& is_hopeless) const {
         std::vector<Sample> samples = take_samples(curve);
         if (samples.empty()) return {};
         for (Sample& sample : samples) sample.is_narrow = is_narrow(sample);
@@ -185,7 +196,10 @@ class NarrowFinder {
             if (end == i) continue;
             const bool is_whole = i == 0 && end == samples.size();
             const Interval part = {snap(samples, i), snap(samples, end - 1)};
-            if (is_whole || part.to - part.from >= options_.shortest * samples[i].cell) parts.push_back(part);
+            if ((is_whole || part.to - part.from >= options_.shortest * samples[i].cell) &&
+                std::any_of(samples.begin() + static_cast<std::ptrdiff_t>(i),
+                            samples.begin() + static_cast<std::ptrdiff_t>(end), is_hopeless))
+                parts.push_back(part);
             i = end;
         }
         return join_near(curve, std::move(parts), samples);

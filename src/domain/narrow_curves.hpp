@@ -27,10 +27,10 @@ struct NarrowCurves {
 /// surface and parts no patches of different names.
 bool may_give_up(const Domain& domain, Index curve, double below_deg);
 
-/// Finds where two curves converge or run side by side, so that the patch between them is a sliver or ends in
-/// a cusp. Of two the blunter one is given up if it may be; where they are half as near and turn the surface
-/// there and back (a ledge), both are, however sharp. cell_size: edge length of the cells at a point, model
-/// units; 0: there are none.
+/// Finds where two curves converge until they meet, so that the patch between them ends in a cusp: the
+/// blunter one is given up if it may be. Where two are half as near and turn the surface there and back (a
+/// ledge), both are, however sharp, whether they meet or not. cell_size: edge length of the cells at a point,
+/// model units; 0: there are none.
 NarrowCurves find_narrow_curves(const Domain& domain, const std::function<double(const Point&)>& cell_size,
                                 const NarrowOptions& options);
 

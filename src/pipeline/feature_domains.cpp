@@ -29,15 +29,14 @@ void for_each_curve(const Association& bound, const Domain& domain, const Visit&
         for (Index c : domain.corner_curve[bound.entity]) visit(c);
 }
 
-/// Vertices of cells that failed or are low and of those that share a vertex with one.
+/// Vertices of cells that failed, where none did of low ones, and of those that share a vertex with one.
 std::vector<std::uint8_t> vertices_near_failures(const MeshAttempt& attempt) {
     const HexMesh& mesh = attempt.fitted.mesh;
     std::vector<std::uint8_t> near(mesh.vertex_count(), 0);
-    for (const auto* bad : {&attempt.failed, &attempt.low})
-        for (Index cell : *bad)
-            for (Index v : mesh.cells[cell])
-                for (CellCorner round : attempt.topology.vertex_cell[v])
-                    for (Index u : mesh.cells[round.cell]) near[u] = 1;
+    for (Index cell : attempt.failed.empty() ? attempt.low : attempt.failed)
+        for (Index v : mesh.cells[cell])
+            for (CellCorner round : attempt.topology.vertex_cell[v])
+                for (Index u : mesh.cells[round.cell]) near[u] = 1;
     return near;
 }
 

@@ -31,8 +31,8 @@ class FeatureDomains {
 
 /// Curves of the whole domain that noise of a tessellation looks like where an attempt failed: blunter than
 /// `below_deg` all along, between patches of one name, and with a quarter of their vertices at cells that
-/// failed or are low, or next to them. own: the attempt's domain, that is `whole` without attempt.dropped.
-/// Rising; none where that has not the curves that are left of the whole one.
+/// failed (where none did: are low), or next to them. own: the attempt's domain, that is `whole` without
+/// attempt.dropped. Rising; none where that has not the curves that are left of the whole one.
 std::vector<Index> find_noisy_curves(const MeshAttempt& attempt, const Domain& own, const Domain& whole,
                                      double below_deg);
 
