@@ -33,15 +33,29 @@ Status follow(MeshAttempt& settled, const BoundaryModel& model, const MeshOption
     return Done{};
 }
 
+std::vector<Point> find_corners_given_up(const BoundaryModel& whole, const BoundaryModel& left) {
+    std::vector<Point> places;
+    for (Index k = 0; k < whole.corner_count(); ++k) {
+        const Point& place = whole.corner_point(k);
+        bool is_left = false;
+        for (Index other = 0; other < left.corner_count() && !is_left; ++other)
+            is_left = left.corner_point(other) == place;
+        if (!is_left) places.push_back(place);
+    }
+    return places;
+}
+
 } // namespace
 
-Result<ReachReport> finish_surface(MeshAttempt& settled, Domain& domain, const MeshOptions& options,
-                                   double time_limit_s, StageClock& clock, Context& context) {
+Result<ReachReport> finish_surface(MeshAttempt& settled, const Domain& whole, Domain& domain,
+                                   const MeshOptions& options, double time_limit_s, StageClock& clock,
+                                   Context& context) {
     ReachFeaturesOptions reaching;
     const double least =
         measure_mesh(settled.fitted.mesh, settled.fitted.mesh.positions, context.parallel()).min_sj;
     reaching.min_sj = std::min(std::clamp(least, 0.1, 0.2), options.optimize.min_sj);
     reaching.time_limit_s = time_limit_s;
+    reaching.more_places = find_corners_given_up(whole.model, domain.model);
     const auto reached = clock.run(
         "reach", [&] { return reach_features(settled.fitted, settled.topology, domain, reaching, context); });
     if (!reached) return reached.error();

@@ -160,12 +160,12 @@ Status settle(MeshState& state, const Domain& whole, Domain& domain, const MeshO
 }
 
 /// Brings the settled mesh closer to features and creases.
-Status finish(MeshState& state, Domain& domain, const MeshOptions& options, MeshOutcome& outcome,
-              StageClock& clock, Context& context) {
+Status finish(MeshState& state, const Domain& whole, Domain& domain, const MeshOptions& options,
+              MeshOutcome& outcome, StageClock& clock, Context& context) {
     MeshAttempt& best = *state.best;
     if (!best.stats) return Done{};
     const auto reached =
-        finish_surface(best, domain, options, state.counts.optimize_s_left(options), clock, context);
+        finish_surface(best, whole, domain, options, state.counts.optimize_s_left(options), clock, context);
     find_backed_off(best.fitted.mesh, domain.model, state.settle);
     if (reached)
         outcome.reached = *reached;
@@ -336,7 +336,8 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
                         state->narrow.end(), std::back_inserter(outcome.dropped_curves));
     if (Status done = settle(*state, domains.whole(), domain, options, *place, saving, clock, context); !done)
         return done.error();
-    if (Status done = finish(*state, domain, options, outcome, clock, context); !done) return done.error();
+    if (Status done = finish(*state, domains.whole(), domain, options, outcome, clock, context); !done)
+        return done.error();
     Topology topology;
     take_results(std::move(*state), outcome, topology);
     if (Status done = use_cad(prepared, domain, options, outcome, clock, context); !done) return done.error();

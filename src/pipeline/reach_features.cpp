@@ -24,7 +24,8 @@ class FeatureReacher {
   public:
     FeatureReacher(FittedMesh& fitted, const Topology& topology, Domain& domain,
                    const ReachFeaturesOptions& options, Context& context)
-        : fitted_(fitted), topology_(topology), domain_(domain), context_(context),
+        : fitted_(fitted), topology_(topology), domain_(domain), more_places_(options.more_places),
+          context_(context),
           reacher_(fitted.mesh, topology, domain.model, {options.min_sj, options.time_limit_s}, context) {
         collect_surface();
     }
@@ -33,7 +34,7 @@ class FeatureReacher {
         ReachReport report;
         report.corners = domain_.model.corner_count();
         const std::vector<std::uint8_t> is_hit = find_hit_corners();
-        report.corners_before = count(is_hit);
+        report.corners_before = count_corners(is_hit);
         report.followed_before_rel = measure_followed();
         report.off_before = find_off(EntityKind::corner).size() + find_off(EntityKind::curve).size() +
                             find_off(EntityKind::patch).size();
@@ -42,7 +43,7 @@ class FeatureReacher {
         hit_corners();
         bring_home(EntityKind::patch, limited());
         if (report.off_before > 0) hit_corners(); // there may be room for more now
-        report.corners_after = count(find_hit_corners());
+        report.corners_after = count_corners(find_hit_corners());
         report.followed_after_rel = measure_followed();
         report.off_after = find_off(EntityKind::corner).size() + find_off(EntityKind::curve).size() +
                            find_off(EntityKind::patch).size();
@@ -119,10 +120,22 @@ class FeatureReacher {
         return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
     }
 
+    std::size_t count_corners(const std::vector<std::uint8_t>& is_hit) const {
+        return static_cast<std::size_t>(std::count(
+            is_hit.begin(), is_hit.begin() + static_cast<std::ptrdiff_t>(domain_.model.corner_count()), 1));
+    }
+
+    /// The domain's corners, then the other places.
+    std::size_t place_count() const { return domain_.model.corner_count() + more_places_.size(); }
+    const Point& place_of(std::size_t k) const {
+        const std::size_t corners = domain_.model.corner_count();
+        return k < corners ? domain_.model.corner_point(static_cast<Index>(k)) : more_places_[k - corners];
+    }
+
     std::vector<std::uint8_t> find_hit_corners() const {
-        std::vector<std::uint8_t> is_hit(domain_.model.corner_count(), 0);
+        std::vector<std::uint8_t> is_hit(place_count(), 0);
         context_.parallel().for_each(is_hit.size(), 1, [&](std::size_t k) {
-            const Point& place = domain_.model.corner_point(static_cast<Index>(k));
+            const Point& place = place_of(k);
             for (const auto& [v, size] : on_boundary_)
                 if (glm::distance(place, fitted_.mesh.positions[v]) < kHit * size) is_hit[k] = 1;
         });
@@ -135,7 +148,7 @@ class FeatureReacher {
         const std::vector<std::uint8_t> is_hit = find_hit_corners();
         std::vector<std::vector<Candidate>> of(is_hit.size());
         context_.parallel().for_each(is_hit.size(), 1, [&](std::size_t k) {
-            const Point& place = model.corner_point(static_cast<Index>(k));
+            const Point& place = place_of(k);
             for (const auto& [v, size] : on_boundary_) {
                 const double way = glm::distance(place, fitted_.mesh.positions[v]) / size;
                 const Association on = fitted_.association[v];
@@ -156,8 +169,7 @@ class FeatureReacher {
     /// In turns: each corner's cheapest vertex that is left and that no other corner gets.
     void hit_corners() {
         std::vector<Candidate> left = find_candidates();
-        std::vector<std::uint8_t> is_hit(domain_.model.corner_count(), 0),
-            is_used(fitted_.association.size(), 0);
+        std::vector<std::uint8_t> is_hit(place_count(), 0), is_used(fitted_.association.size(), 0);
         std::size_t most = limited();
         while (!left.empty() && most > 0 && !context_.is_cancelled()) {
             std::vector<Candidate> chosen, rest;
@@ -169,13 +181,13 @@ class FeatureReacher {
                 if (now) has_turn[c.corner] = is_taken[c.vertex] = 1;
             }
             std::vector<HomeReacher::Place> places;
-            for (const Candidate& c : chosen)
-                places.push_back({c.vertex, domain_.model.corner_point(c.corner)});
+            for (const Candidate& c : chosen) places.push_back({c.vertex, place_of(c.corner)});
             const std::vector<std::uint8_t> is_there = reacher_.put(places, most);
             for (std::size_t i = 0; i < chosen.size(); ++i) {
                 if (!is_there[i]) continue;
                 is_hit[chosen[i].corner] = is_used[chosen[i].vertex] = 1;
-                fitted_.association[chosen[i].vertex] = {EntityKind::corner, chosen[i].corner};
+                if (chosen[i].corner < domain_.model.corner_count())
+                    fitted_.association[chosen[i].vertex] = {EntityKind::corner, chosen[i].corner};
             }
             left.swap(rest);
         }
@@ -206,6 +218,7 @@ class FeatureReacher {
     FittedMesh& fitted_;
     const Topology& topology_;
     Domain& domain_;
+    const std::vector<Point>& more_places_;
     Context& context_;
     HomeReacher reacher_;
     std::vector<std::pair<Index, double>> on_boundary_; ///< vertices, and the mean of their edges there

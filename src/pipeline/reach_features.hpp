@@ -7,11 +7,15 @@
 #include "mesh/topology.hpp"
 
 #include <limits>
+#include <vector>
 
 namespace hexopt {
 
 struct ReachFeaturesOptions {
     double min_sj = 0.2; ///< cells may become worse than they are down to this, -1..1
+    /// Places on the surface that are no corners of the domain and get a vertex too where cells allow it,
+    /// which stays bound to what it is bound to: corners of features that were given up.
+    std::vector<Point> more_places;
     double time_limit_s = std::numeric_limits<double>::infinity();
 };
 

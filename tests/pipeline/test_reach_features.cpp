@@ -135,6 +135,28 @@ TEST_CASE("corners that no vertex is on get one, which is bound to them") {
 }
 
 TEST_CASE(
+    "places that are no corners get a vertex that stays bound to its patch, off the surface none does") {
+    Marked marked({2.4, 3.3, kCells}, {4.3, 2.6, kCells});
+    const Point place(1.3, 4.6, kCells), off(4.6, 4.6, kCells + 0.5);
+    ReachFeaturesOptions options;
+    options.more_places = {place, off};
+    const auto report =
+        reach_features(marked.fitted, marked.topology, marked.domain, options, marked.context);
+    REQUIRE(report);
+    CHECK(report->corners == 10);
+    CHECK(report->corners_before == 8);
+    CHECK(report->corners_after == 10);
+    REQUIRE(marked.vertices_at(place) == 1);
+    CHECK(marked.vertices_at(off) == 0);
+    const auto& positions = marked.fitted.mesh.positions;
+    const auto v =
+        static_cast<std::size_t>(std::find(positions.begin(), positions.end(), place) - positions.begin());
+    CHECK(marked.fitted.association[v].kind == EntityKind::patch);
+    CHECK(report->off_after == 0);
+    CHECK(marked.is_valid());
+}
+
+TEST_CASE(
     "corners nearer to each other than vertices can be: one is hit at least, and all cells stay sound") {
     Marked marked({2.5, 2.5, kCells}, {2.5, 2.501, kCells});
     ReachFeaturesOptions options;
