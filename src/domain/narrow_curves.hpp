@@ -10,7 +10,8 @@ namespace hexopt {
 
 /// What counts as narrow.
 struct NarrowOptions {
-    double width = 0.3;       ///< between two curves, in cells, below which no cells fit in
+    double width =
+        0.3; ///< between two curves that meet, in cells, below which one is given up; half: of ledges
     double shortest = 1.5;    ///< of a narrow part that a curve is cut for, in cells
     double shortest_rest = 1; ///< of what is left of a curve, in cells
     double ledge_deg = 30;    ///< by which two edges of a ledge may turn the surface in all

@@ -11,7 +11,7 @@ namespace {
 
 using Description = DomainDescription;
 
-/// Point `from`..`to` of a curve.
+/// Part of a curve between two corners.
 struct Piece {
     std::vector<Point> points;
     std::array<std::int64_t, 2> ends;

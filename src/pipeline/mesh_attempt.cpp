@@ -122,7 +122,7 @@ void bind_surface(Domain& domain, const FittedMesh& fitted) {
                                kQuadTolerance_rel * domain.model.diagonal());
 }
 
-std::size_t find_bad_cells(MeshAttempt& attempt, const Parallel& parallel) {
+std::size_t grade_cells(MeshAttempt& attempt, const Parallel& parallel) {
     enum : std::uint8_t { fine, low, failed };
     const HexMesh& mesh = attempt.fitted.mesh;
     std::vector<std::uint8_t> state(mesh.cell_count(), fine);
@@ -161,7 +161,7 @@ Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain
     if (Status done = optimize_on_surface(attempt, earlier, domain, options, place, counts, clock, context);
         !done)
         return done;
-    clock.run("check", [&] { return find_bad_cells(attempt, context.parallel()); });
+    clock.run("check", [&] { return grade_cells(attempt, context.parallel()); });
     return Done{};
 }
 

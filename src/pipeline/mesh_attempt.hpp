@@ -68,6 +68,6 @@ Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain
 void bind_surface(Domain& domain, const FittedMesh& fitted);
 
 /// Finds attempt.failed and attempt.low. Returns how many both are.
-std::size_t find_bad_cells(MeshAttempt& attempt, const Parallel& parallel);
+std::size_t grade_cells(MeshAttempt& attempt, const Parallel& parallel);
 
 } // namespace hexopt

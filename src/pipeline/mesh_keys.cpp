@@ -361,11 +361,11 @@ std::vector<MeshKey> surface_keys() {
         number("features.noise_angle", "--noise-angle",
                "Features blunter than this many degrees are given up where cells fail at them; 0: none",
                {0, 180}, HEXOPT_FIELD(options.noise_angle_deg)),
-        number(
-            "features.narrow", "--narrow-features",
-            "Of features that run beside one another nearer than this many cells the blunter one is given up "
-            "there; 0: none",
-            {0, 1}, HEXOPT_FIELD(options.narrow_cells)),
+        number("features.narrow", "--narrow-features",
+               "Of features that meet at next to no angle the blunter one is given up where they are nearer "
+               "than "
+               "this many cells, both where they bound a ledge of half of that; 0: none",
+               {0, 1}, HEXOPT_FIELD(options.narrow_cells)),
         feature_files_key(),
         number("features.reach", "--features-reach",
                "How far lines of --features may be from the surface, as a fraction of its diagonal",

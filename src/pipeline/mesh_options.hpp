@@ -35,8 +35,9 @@ struct MeshOptions {
     /// Features that are blunter than this all along are given up where cells fail at a quarter of their
     /// vertices, and not where feature_lines are given; degrees, 0 (none) to 180.
     double noise_angle_deg = 60;
-    /// Where two features run beside one another nearer than this many cells of the octree, the blunter one is
-    /// given up there if noise_angle_deg lets it; not where feature_lines are given; 0 (nowhere) to 1.
+    /// Of two features that meet at next to no angle the blunter one is given up where they are nearer than
+    /// this many cells of the octree, if it is blunter than noise_angle_deg; both are, however sharp, where
+    /// they bound a ledge of half of that. Not where feature_lines are given; 0 (nowhere) to 1.
     double narrow_cells = 0.3;
     std::vector<FeatureLines> feature_lines; ///< features whatever their angle
     /// How far these may be from the surface, as a fraction of its diagonal; 0..0.01.

@@ -132,7 +132,10 @@ json reach_json(const ReachReport& r) {
 json attempts_json(const std::vector<AttemptCount>& attempts) {
     json list = json::array();
     for (const AttemptCount& a : attempts)
-        list.push_back({{"cells", a.cells}, {"failed_cells", a.failed}, {"low_cells", a.low}, {"refined_cells", a.refined}});
+        list.push_back({{"cells", a.cells},
+                        {"failed_cells", a.failed},
+                        {"low_cells", a.low},
+                        {"refined_cells", a.refined}});
     return list;
 }
 

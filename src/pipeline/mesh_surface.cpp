@@ -126,10 +126,11 @@ void note_narrow(const MeshOutcome& outcome, const Domain& whole, std::vector<st
     if (outcome.narrow_curves.empty()) return;
     const auto points = whole.model.curve_points(outcome.narrow_curves.front());
     const Point p = points[points.size() / 2];
-    notes.push_back(fmt::format("{} feature curves or parts of them run beside sharper ones too near for "
-                                "cells and were given up, the first near ({:.6g}, {:.6g}, {:.6g}); smaller "
-                                "cells there or --narrow-features 0 keep them.",
-                                outcome.narrow_curves.size(), p.x, p.y, p.z));
+    notes.push_back(
+        fmt::format("{} feature curves or parts of them, which bound cusps or ledges too narrow for "
+                    "cells, were given up, the first near ({:.6g}, {:.6g}, {:.6g}); smaller "
+                    "cells there or --narrow-features 0 keep them.",
+                    outcome.narrow_curves.size(), p.x, p.y, p.z));
 }
 
 void note_dropped(const MeshOutcome& outcome, const Domain& whole, std::vector<std::string>& notes) {

@@ -53,7 +53,7 @@ struct MeshOutcome {
     TrimReport trim;
     int trim_rounds = 0; ///< times that cells were trimmed
     FitReport fit;       ///< of the domain without narrow_curves and dropped_curves
-    /// Curves of the domain, cut where need be, that were given up beside sharper ones
+    /// Curves of the domain, cut where need be, that were given up at cusps and ledges
     /// (MeshOptions::narrow_cells).
     std::vector<Index> narrow_curves;
     /// Curves of the domain that were given up as noise where cells failed (MeshOptions::noise_angle_deg).

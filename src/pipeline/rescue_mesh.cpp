@@ -114,7 +114,7 @@ Status settle_attempt(MeshAttempt& attempt, Domain& domain, const MeshOptions& o
     attempt.trial.reset();
     counts.optimize_s += clock.times().back().seconds;
     if (!done) return done;
-    clock.run("check", [&] { return find_bad_cells(attempt, context.parallel()); });
+    clock.run("check", [&] { return grade_cells(attempt, context.parallel()); });
     return Done{};
 }
 

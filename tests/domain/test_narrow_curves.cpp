@@ -200,20 +200,16 @@ TEST_CASE("both edges of a ledge go where it is narrow, and neither where it is 
     TriangleSoup soup;
     soup.vertices = {{0, 0, 0},    {4, 0, 0},    {4, 0, 1}, {0, 0, 1}, {0, 0.01, 1}, {4, 0.21, 1},
                      {0, 0.01, 2}, {4, 0.21, 2}, {0, 2, 0}, {4, 2, 0}, {4, 2, 2},    {0, 2, 2}};
-    const auto add = [&](std::initializer_list<Index> polygon) {
-        const std::vector<Index> p(polygon);
-        for (std::size_t k = 1; k + 1 < p.size(); ++k) soup.triangles.push_back({p[0], p[k], p[k + 1]});
-    };
-    add({0, 1, 2, 3});
-    add({3, 2, 5, 4});
-    add({4, 5, 7, 6});
-    add({6, 7, 10, 11});
-    add({9, 8, 11, 10});
-    add({1, 0, 8, 9});
-    add({8, 0, 3, 4}); // the side x = 0 as a fan that holds the ledge
-    add({8, 4, 6, 11});
-    add({5, 2, 1, 9});
-    add({5, 9, 10, 7});
+    test::add_polygon(soup, {0, 1, 2, 3});
+    test::add_polygon(soup, {3, 2, 5, 4});
+    test::add_polygon(soup, {4, 5, 7, 6});
+    test::add_polygon(soup, {6, 7, 10, 11});
+    test::add_polygon(soup, {9, 8, 11, 10});
+    test::add_polygon(soup, {1, 0, 8, 9});
+    test::add_polygon(soup, {8, 0, 3, 4}); // the side x = 0 as a fan that holds the ledge
+    test::add_polygon(soup, {8, 4, 6, 11});
+    test::add_polygon(soup, {5, 2, 1, 9});
+    test::add_polygon(soup, {5, 9, 10, 7});
     const auto whole = build_domain(soup, {}, context);
     REQUIRE(whole);
     REQUIRE(whole->open_edges == 0);

@@ -36,7 +36,7 @@ struct Broken {
         HexMesh& mesh = attempt->fitted.mesh;
         const Point middle = mesh.positions[mesh.cells[0][6]];
         for (Index v : mesh.cells[0]) mesh.positions[v] = 2.0 * middle - mesh.positions[v];
-        find_bad_cells(*attempt, context.parallel());
+        grade_cells(*attempt, context.parallel());
         REQUIRE_FALSE(attempt->failed.empty());
         state->attempts.push_back({mesh.cell_count(), attempt->failed.size(), 0});
         state->best = std::move(*attempt);
