@@ -10,7 +10,8 @@ namespace hexopt {
 namespace {
 
 MeshMeasure combine(const MeshMeasure& a, const MeshMeasure& b) {
-    return {a.bad8 + b.bad8, a.bad32 + b.bad32, std::min(a.min_sj, b.min_sj), a.sum_sj + b.sum_sj};
+    return {a.bad8 + b.bad8, a.bad32 + b.bad32, std::min(a.min_sj, b.min_sj), a.sum_sj + b.sum_sj,
+            a.low + b.low};
 }
 
 } // namespace
@@ -31,7 +32,7 @@ MeshMeasure measure_mesh(const HexMesh& mesh, std::span<const Point> positions, 
                     lanes);
                 for (int i = 0; i < count; ++i)
                     sum = combine(sum, {!(lanes.min_det8[i] > 0), !(lanes.min_det32[i] > 0), lanes.min_sj[i],
-                                        lanes.min_sj[i]});
+                                        lanes.min_sj[i], lanes.min_sj[i] < kLowScaledJacobian ? 1u : 0u});
             }
             return sum;
         },

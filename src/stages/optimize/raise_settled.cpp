@@ -16,6 +16,9 @@ constexpr double kWatched_rel = 0.005;
 /// Vertices that are off are free up to where they are: SurfaceMotion's share of their range.
 constexpr double kFreeShare = 0.8;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
+/// Low cells are worth so many times the work, as long as they are no more than a share of all: where there
+/// are more, most of them cannot rise.
+constexpr double kLowWork = 5, kFewLow = 3e-3;
 
 /// Lets nothing touch that did not at the start.
 class ContactWatch final : public BoundaryGuard {
@@ -84,8 +87,15 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
         (quick ? kQuickWorkPerCell : max_min::kWorkPerCell) * static_cast<double>(mesh.cell_count());
     std::vector<Point> positions = mesh.positions;
     HostEngine host(budget);
-    const MaxMinResult result =
-        raise_worst_cells(movement, host, positions, kValidEps, options.min_sj, work, !quick, budget);
+    const auto raise = [&](double to, double with) {
+        const MaxMinResult result =
+            raise_worst_cells(movement, host, positions, kValidEps, to, with, !quick, budget);
+        stats.newton_steps += result.newton_steps;
+        stats.cg_iterations += result.cg_iterations;
+    };
+    if (quick && static_cast<double>(before.low) < kFewLow * static_cast<double>(mesh.cell_count()))
+        raise(std::min(kLowScaledJacobian, options.min_sj), kLowWork * work);
+    raise(options.min_sj, work);
     const MeshMeasure reached = measure_mesh(mesh, positions, context.parallel());
     stats.restored_input = !(reached.is_not_worse_than(before) && reached.is_better_than(before));
     if (!stats.restored_input) mesh.positions = std::move(positions);
@@ -93,8 +103,6 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
     stats.bad8_before = before.bad8, stats.bad8_after = after.bad8;
     stats.bad32_before = before.bad32, stats.bad32_after = after.bad32;
     stats.min_sj_before = before.min_sj, stats.min_sj_after = after.min_sj;
-    stats.newton_steps = result.newton_steps;
-    stats.cg_iterations = result.cg_iterations;
     stats.seconds = budget.seconds();
     if (context.is_cancelled())
         return make_error(ErrorCode::cancelled, "optimize", "",
