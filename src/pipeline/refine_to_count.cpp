@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace hexopt {
 
@@ -102,16 +103,37 @@ class CountSearch {
         for (int count = 1;; ++count) {
             auto trial = trials_.refine_to(next_size(cells));
             if (!trial) return trial;
-            seen_.push_back({trial->out.stats.surface_size, trial->inside, static_cast<double>(trial->cut)});
-            const double found = promise_(seen_.back()) / cells;
-            if (count == most || (found < ratio && found > 1 / ratio)) return trial;
+            see(*trial);
+            if (count == most || is_near(cells, ratio)) return trial;
         }
+    }
+
+    void see(const SizeTrials::Trial& trial) {
+        seen_.push_back({trial.out.stats.surface_size, trial.inside, static_cast<double>(trial.cut)});
+    }
+
+    /// Whether what was tried last promises so many cells.
+    bool is_near(double cells, double ratio) const {
+        const double found = promise_(seen_.back()) / cells;
+        return found < ratio && found > 1 / ratio;
     }
 
     Result<RefineOutput> refine_near(double cells) {
         auto trial = find(cells, kGoodRatio, kTrials);
+        if (trial && !std::exchange(asked_for_steep_, true)) trial = find_steep(std::move(*trial), cells);
         if (!trial) return trial.error();
         return trials_.finish(std::move(*trial));
+    }
+
+    /// The size at which there are so many cells with those that steep chords ask for, if they may.
+    Result<SizeTrials::Trial> find_steep(SizeTrials::Trial without, double cells) {
+        auto steep = trials_.allow_steep(without);
+        if (!steep) return steep.error();
+        if (!*steep) return without;
+        seen_.clear();
+        see(**steep);
+        if (is_near(cells, kGoodRatio)) return std::move(**steep);
+        return find(cells, kGoodRatio, kTrials);
     }
 
     double with_layers(const TrimReport& report) const {
@@ -195,7 +217,8 @@ class CountSearch {
     LeakPath* leak_;
     double wanted_, layers_ = options_.buffers ? kUsualLayers : 0, growth_ = kUsualGrowth;
     Promise promise_;
-    std::vector<Counted> seen_;
+    std::vector<Counted> seen_; ///< of one kind: all with what steep chords ask for, or all without
+    bool asked_for_steep_ = false;
 };
 
 } // namespace

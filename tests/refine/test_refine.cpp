@@ -261,6 +261,47 @@ TEST_CASE("cells whose chords are twice too far off get one level more") {
     REQUIRE(finest(1, 0.001) == two); // and no more than one
 }
 
+TEST_CASE("where cells are counted, steep chords get their level if that does not take many cells") {
+    Context context(1);
+    RefineOptions options = only_creases();
+    options.surface.size = 0;
+    options.target_cells = 3000;
+    options.curvature_levels = 1;
+    SECTION("one crease of a roof") {
+        const Domain domain = make_domain(make_roof());
+        options.chord_error_rel = 0.003 / domain.model.diagonal();
+        auto trials = SizeTrials::create(domain, options, context);
+        REQUIRE(trials);
+        const auto without = trials->refine_to(0.15);
+        REQUIRE(without);
+        const auto steep = trials->allow_steep(*without);
+        REQUIRE(steep);
+        REQUIRE(*steep);
+        CHECK((*steep)->cut > without->cut);
+        auto later = trials->refine_to(0.15);
+        REQUIRE(later);
+        CHECK(later->cut == (*steep)->cut);
+        options.surface.size = 0.15; // as where the size is given
+        CHECK(trials->finish(std::move(*later)).octree.cells == run(domain, options).octree.cells);
+    }
+    SECTION("facets all over a ball") {
+        const Domain domain = make_domain(make_sphere(1, 12));
+        options.chord_error_rel = 1e-3;
+        auto trials = SizeTrials::create(domain, options, context);
+        REQUIRE(trials);
+        const auto without = trials->refine_to(0.3);
+        REQUIRE(without);
+        const auto steep = trials->allow_steep(*without);
+        REQUIRE(steep);
+        CHECK_FALSE(*steep);
+        const auto later = trials->refine_to(0.3);
+        REQUIRE(later);
+        CHECK(later->out.refinement.leaves() == without->out.refinement.leaves());
+        options.surface.size = 0.3;
+        CHECK(run(domain, options).octree.cell_count() > 2 * without->out.refinement.leaf_count());
+    }
+}
+
 TEST_CASE("gaps get their cells, as far as levels allow") {
     // A box with a cavity: 0.3 of mesh on one side of it, 2 on the others.
     TriangleSoup soup;

@@ -18,8 +18,6 @@ constexpr std::size_t kProbes = 8;
 /// Cells whose size is a level are taken to be no larger than this part of the diagonal where creases are
 /// sought.
 constexpr double kLargestSize_rel = 0.1;
-/// Cells whose chord leaves the surface by so many times what is allowed get a level more than others.
-constexpr double kSteep = 2;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Goal finer_by(const Goal& goal, int levels) {
@@ -235,7 +233,7 @@ bool SurfaceCriteria::wants_curve_size(const CutCell& cell) const {
 
 bool SurfaceCriteria::wants_normals(const CutCell& cell) const {
     if (turns_too_far(cell, finest_bend_, normal_angle_deg_, chord_error_)) return true;
-    return chord_error_ > 0 && turns_too_far(cell, finest_steep_, 180, kSteep * chord_error_);
+    return steep_ > 0 && chord_error_ > 0 && turns_too_far(cell, finest_steep_, 180, steep_ * chord_error_);
 }
 
 bool SurfaceCriteria::turns_too_far(const CutCell& cell, const std::vector<Goal>& finest, double limit_deg,

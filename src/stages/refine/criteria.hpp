@@ -47,6 +47,9 @@ class SurfaceCriteria {
     RefineCriterion ask(const CutCell& cell) const;
     /// Leaves a criterion out from now on.
     void give_up(RefineCriterion criterion) { given_up_[static_cast<std::size_t>(criterion)] = true; }
+    /// Cells whose chord leaves the surface by more than so many times what is allowed get a level more than
+    /// others; 0: none do.
+    void set_steep(double times) { steep_ = times; }
     bool is_given_up(RefineCriterion criterion) const {
         return given_up_[static_cast<std::size_t>(criterion)];
     }
@@ -91,6 +94,7 @@ class SurfaceCriteria {
     std::vector<std::vector<Goal>> curve_goal_; ///< per curve
     PatchCreases creases_; ///< where chords of the largest cells may leave the surface too far
     double normal_angle_deg_, chord_error_, gap_cells_, wall_cells_, feature_cells_;
+    double steep_ = 0;
     std::array<bool, kCriterionCount> given_up_ = {};
 };
 

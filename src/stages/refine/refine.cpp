@@ -140,7 +140,9 @@ class SizeTrials::Run {
   public:
     Run(const Domain& domain, const RefineOptions& options, Context& context)
         : domain_(domain), options_(options), most_cells_(options.max_cells), context_(context),
-          surface_(domain, options.planar), criteria_(domain, surface_, options) {}
+          surface_(domain, options.planar), criteria_(domain, surface_, options) {
+        if (options.surface.is_given()) criteria_.set_steep(kSteep);
+    }
 
     Result<Trial> refine_to(const TargetSize& size) {
         Result<HexMesh> mesh = make_initial_mesh(domain_, options_, size);
@@ -188,23 +190,48 @@ class SizeTrials::Run {
 
     double first_size(double cells) const { return hexopt::first_size(domain_, cells, options_.planar); }
 
-    /// The surface's size that gives about the wanted number of cells: one trial of a quarter of them, then
-    /// corrections by the law with which cells on a surface (2-D: on a line) grow, between the nearest sizes
-    /// known to give too many and too few.
+    /// The surface's size that gives about the wanted number of cells.
     Result<Trial> search() {
-        const double power = options_.planar ? 1 : 0.5, wanted = wanted_cells(options_);
+        Result<Trial> trial = search_without_steep();
+        if (!trial) return trial;
+        auto steep = allow_steep(*trial);
+        if (!steep) return steep.error();
+        if (!*steep) return trial;
+        const double ratio = promised(**steep) / wanted_cells(options_);
+        if (ratio < kMany) return std::move(**steep);
+        return refine_to({(*steep)->out.stats.surface_size * std::pow(ratio, growth_power()), -1});
+    }
+
+    /// One trial of a quarter of the cells wanted, then corrections by the law with which cells on a surface
+    /// (2-D: on a line) grow, between the nearest sizes known to give too many and too few.
+    Result<Trial> search_without_steep() {
+        const double wanted = wanted_cells(options_);
         double size = first_size(wanted / 4), too_small = 0, too_large = 1e300;
         if (!(size > 0)) return usage("surface", "has no extent");
         Result<Trial> trial = refine_to({size, -1});
         for (int round = 0; round < kRounds && trial; ++round) {
-            const double ratio = (trial->inside + kBufferShare * static_cast<double>(trial->cut)) / wanted;
-            if (round > 0 && ratio > 0.6 && ratio < 1.5) break;
+            const double ratio = promised(*trial) / wanted;
+            if (round > 0 && ratio > kFew && ratio < kMany) break;
             (ratio > 1 ? too_small : too_large) = size;
-            size *= std::pow(ratio, power);
+            size *= std::pow(ratio, growth_power());
             if (size <= too_small || size >= too_large) size = std::sqrt(too_small * too_large);
             trial = refine_to({size, -1});
         }
         return trial;
+    }
+
+    /// Refines once more with a level more for steep chords, now and from now on; none, and then never, where
+    /// that adds many cells: with the number given all others would have to be larger.
+    Result<std::optional<Trial>> allow_steep(const Trial& without) {
+        criteria_.set_steep(kSteep);
+        auto with = refine_to({without.out.stats.surface_size, -1});
+        if (!with) return with.error();
+        const bool fits = with->out.stats.over_budget == without.out.stats.over_budget;
+        const double more = promised(*with) / promised(without);
+        context_.log(LogLevel::debug, fmt::format("steep chords: {:.2f} times the cells", more));
+        if (fits && more <= kMostSteep) return std::optional(std::move(*with));
+        criteria_.set_steep(0);
+        return std::optional<Trial>();
     }
 
     /// Criteria that need many times the wanted number are given up.
@@ -218,6 +245,17 @@ class SizeTrials::Run {
     static constexpr double kMostLeaves = 6; ///< per wanted cell; ordinary surfaces need 1.5 to 3
     /// Buffer cells and cells that trimming keeps beyond the centre rule, per cell that the surface cuts.
     static constexpr double kBufferShare = 0.7;
+    /// Times what is allowed from which a chord is steep, and cells with them over those without, at the
+    /// most.
+    static constexpr double kSteep = 2, kMostSteep = 2.1;
+
+    /// Cells promised over those wanted that do.
+    static constexpr double kFew = 0.6, kMany = 1.5;
+
+    double growth_power() const { return options_.planar ? 1 : 0.5; }
+    static double promised(const Trial& trial) {
+        return trial.inside + kBufferShare * static_cast<double>(trial.cut);
+    }
 
     const Domain& domain_;
     RefineOptions options_;
@@ -259,6 +297,10 @@ Result<SizeTrials> SizeTrials::create(const Domain& domain, const RefineOptions&
     auto run = std::make_unique<Run>(domain, options, context);
     run->limit_leaves();
     return SizeTrials(std::move(run));
+}
+
+Result<std::optional<SizeTrials::Trial>> SizeTrials::allow_steep(const Trial& without) {
+    return run_->allow_steep(without);
 }
 
 double SizeTrials::first_size(double cells) const { return run_->first_size(cells); }

@@ -95,7 +95,9 @@ struct RefineOptions {
     /// The same while the chord of that turn leaves the surface by more (angle times size over 8), as a
     /// fraction of the surface's diagonal, 0..1; 0: never.
     double chord_error_rel = 2e-4;
-    int curvature_levels = 2; ///< they may add to the patch's size, 0..20; one more for steep chords (0: none)
+    /// They may add to the patch's size, 0..20. One more (0: none) where the chord leaves the surface by more
+    /// than twice chord_error_rel; with target_cells unless that would make the octree much larger.
+    int curvature_levels = 2;
     /// Least number of cells from a point of the surface along its normal to the surface on the other side,
     /// through the mesh (gap) and outside of it (wall); 0: not looked at. 0..100
     double gap_cells = 3;
@@ -180,6 +182,10 @@ class SizeTrials {
     /// Refines with cells of this size (> 0, finite) on the surface, as refine() does once it has found one.
     /// Errors: as refine().
     Result<Trial> refine_to(double size);
+    /// Such a trial again with a level more where chords are steep (RefineOptions::curvature_levels), as all
+    /// trials from now on; none, and no later one either, where that would add too many cells. At first
+    /// trials are without. Errors: as refine().
+    Result<std::optional<Trial>> allow_steep(const Trial& without);
     /// What refine() gives.
     RefineOutput finish(Trial trial) const;
 
