@@ -4,6 +4,7 @@ using real = HEXOPT_REAL;
 using rvec3 = ::hexopt::dialect::Vec3<real>;
 using rbool = bool;
 using ::hexopt::dialect::cross;
+using ::hexopt::dialect::divide;
 using ::hexopt::dialect::dot;
 
 inline real sqrt(real x) { return std::sqrt(x); }

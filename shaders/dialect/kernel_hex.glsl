@@ -130,11 +130,11 @@ FN LocalCorner local_corner(HexEdges h, EdgeShares s, uint t, LocalTet tet) {
     real la = max(h.len2[a], real(1.0e-30));
     real lb = max(h.len2[b], real(1.0e-30));
     real lc = max(h.len2[c], real(1.0e-30));
-    real inverse = real(1) / (sqrt(la) * sqrt(lb) * sqrt(lc));
+    real inverse = divide(real(1), sqrt(la) * sqrt(lb) * sqrt(lc));
     LocalCorner corner;
     corner.sj = tet.jacobian * inverse;
     corner.q = tet.g * inverse -
-               (h.e[a] * (s.c[a] / la) + h.e[b] * (s.c[b] / lb) + h.e[c] * (s.c[c] / lc)) * corner.sj;
+               (h.e[a] * divide(s.c[a], la) + h.e[b] * divide(s.c[b], lb) + h.e[c] * divide(s.c[c], lc)) * corner.sj;
     return corner;
 }
 
@@ -392,7 +392,7 @@ FN rvec3 raise_direction(RaiseModel r) {
 
 FN rvec3 clamp_step(rvec3 d, real longest) {
     real size = sqrt(dot(d, d));
-    if (size > longest) return d * (longest / size);
+    if (size > longest) return d * divide(longest, size);
     return d;
 }
 
@@ -400,6 +400,6 @@ FN rvec3 clamp_step(rvec3 d, real longest) {
 FN real shortest_length(Ball ball, uint dof) {
     real shortest = real(1.0e30);
     for (uint i = ball.offset.at[dof]; i < ball.offset.at[dof + 1u]; ++i)
-        shortest = min(shortest, real(1) / ball.inverse_length.at[ball.item.at[2u * i]]);
+        shortest = min(shortest, divide(real(1), ball.inverse_length.at[ball.item.at[2u * i]]));
     return shortest;
 }

@@ -33,7 +33,7 @@ FN preal segment_parameter(pvec3 p, pvec3 d) {
     preal length2 = dot(d, d);
     if (!(along > preal(0))) return preal(0);
     if (along >= length2) return preal(1);
-    return along / length2;
+    return divide(along, length2);
 }
 
 // Weights of b and c where an edge of triangle abc is closest; p relative to a, d, e: edges ab and ac.
@@ -90,7 +90,7 @@ FN Foot element_foot(Surface s, uint element, pvec3 q) {
         } else if (ac_cp >= preal(0) && ab_cp <= ac_cp) {
             f.w2 = preal(1);
         } else if (va > preal(0) && vb > preal(0) && vc > preal(0)) {
-            preal scale = preal(1) / (va + vb + vc);
+            preal scale = divide(preal(1), va + vb + vc);
             f.w1 = vb * scale;
             f.w2 = vc * scale;
         } else {
@@ -145,7 +145,7 @@ FN rvec3 foot_direction(Surface s, Foot f) {
     rvec3 d = narrow(sum);
     real length2 = dot(d, d);
     if (!(length2 > real(0))) return narrow(s.element.at[k]);
-    return d * (real(1) / sqrt(length2));
+    return d * divide(real(1), sqrt(length2));
 }
 
 // A boundary vertex that moves: slide[6 i ..] = {dof, vertex, freedom, first node, end node, hint}.
@@ -204,11 +204,11 @@ FN Limit range_limit(rvec3 offset, real range, real weight) {
     l.hessian = sym_zero();
     if (!(size > slack)) return l;
     real width = max(real(0.2) * range, real(1.0e-3) * size);
-    real s = (size - slack) / width;
-    rvec3 u = offset * (real(1) / size);
+    real s = divide(size - slack, width);
+    rvec3 u = offset * divide(real(1), size);
     l.energy = weight * s * s;
-    l.gradient = u * (weight * real(2) * s / width);
-    l.hessian = outer(u, weight * real(2) / (width * width));
+    l.gradient = u * (divide(weight * real(2) * s, width));
+    l.hessian = outer(u, divide(weight * real(2), width * width));
     return l;
 }
 

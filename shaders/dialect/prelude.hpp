@@ -55,6 +55,11 @@ inline Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
     return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
 }
 
+template <class T>
+inline T divide(const T& a, const T& b) {
+    return a / b;
+}
+
 inline float rcbrt_seed(float x) {
     return std::bit_cast<float>(0x54A2FA8Cu - std::bit_cast<std::uint32_t>(x) / 3u);
 }

@@ -6,5 +6,6 @@ using real = ::hexopt::dialect::HEXOPT_SIMD_NAMESPACE::Pack<lane_real>;
 using rbool = real::Mask;
 using rvec3 = ::hexopt::dialect::Vec3<real>;
 using ::hexopt::dialect::cross;
+using ::hexopt::dialect::divide;
 using ::hexopt::dialect::dot;
 inline constexpr int kLanes = real::kLanes;

@@ -31,11 +31,11 @@ KERNEL_BODY(cell_hessian_product) {
             real la = max(h.len2[a], real(1.0e-30));
             real lb = max(h.len2[b], real(1.0e-30));
             real lc = max(h.len2[c], real(1.0e-30));
-            real scale = real(1) / (sqrt(la) * sqrt(lb) * sqrt(lc));
+            real scale = divide(real(1), sqrt(la) * sqrt(lb) * sqrt(lc));
             real sj = j * scale;
-            rvec3 qa = ga * scale - h.e[a] * (sj / la);
-            rvec3 qb = gb * scale - h.e[b] * (sj / lb);
-            rvec3 qc = gc * scale - h.e[c] * (sj / lc);
+            rvec3 qa = ga * scale - h.e[a] * divide(sj, la);
+            rvec3 qb = gb * scale - h.e[b] * divide(sj, lb);
+            rvec3 qc = gc * scale - h.e[c] * divide(sj, lc);
             real along_q = dot(qa, p.e[a]) + dot(qb, p.e[b]) + dot(qc, p.e[c]);
             real w = sj < o.theta ? real(2) * o.penalty_weight * along_q : real(0);
             sum.e[a] = sum.e[a] + qa * w;

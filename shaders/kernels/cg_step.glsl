@@ -3,7 +3,7 @@ KERNEL_BODY(cg_step) {
     real rz = scalars.at[0];
     real curvature = scalars.at[1];
     bool moving = rz > real(tolerance) * scalars.at[3] && curvature > real(0);
-    real alpha = moving ? rz / curvature : real(0);
+    real alpha = moving ? divide(rz, curvature) : real(0);
     rvec3 r = residual.at[gid] - product.at[gid] * alpha;
     solution.at[gid] = solution.at[gid] + direction.at[gid] * alpha;
     residual.at[gid] = r;

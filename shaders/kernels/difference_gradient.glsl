@@ -4,7 +4,7 @@ FN real tet_energy_of_kind(uint kind, rvec3 a, rvec3 b, rvec3 c, real eps) {
     real j = tet_jacobian(a, b, c);
     // Barriers: without a limit on tetrahedra that are not positive.
     if (kind < 2u && !(j > real(1.0e-9))) return real(1.0e12);
-    if (kind == 0u) return size2 / (j * j * j);
+    if (kind == 0u) return divide(size2, j * j * j);
     if (kind == 1u) return tet_shape(size2, j, real(0)).energy;
     if (kind == 2u) {
         rvec3 ga = cross(b, c);
@@ -39,11 +39,11 @@ KERNEL_BODY(difference_gradient) {
     Ball ball = make_ball(points, cells, inverse_length, cell_weight, ball_offset, ball_item, pattern);
     real lengths = real(0);
     for (uint i = ball_offset.at[gid]; i < ball_offset.at[gid + 1u]; ++i)
-        lengths += real(1) / inverse_length.at[ball_item.at[2u * i]];
-    real h = real(step_rel) * lengths / real(ball_offset.at[gid + 1u] - ball_offset.at[gid]);
+        lengths += divide(real(1), inverse_length.at[ball_item.at[2u * i]]);
+    real h = divide(real(step_rel) * lengths, real(ball_offset.at[gid + 1u] - ball_offset.at[gid]));
     real here = ball_energy(ball, gid, rzero(), energy_kind, real(eps));
     real x = ball_energy(ball, gid, rvec3(h, real(0), real(0)), energy_kind, real(eps));
     real y = ball_energy(ball, gid, rvec3(real(0), h, real(0)), energy_kind, real(eps));
     real z = ball_energy(ball, gid, rvec3(real(0), real(0), h), energy_kind, real(eps));
-    gradient.at[gid] = rvec3((x - here) / h, (y - here) / h, (z - here) / h);
+    gradient.at[gid] = rvec3(divide(x - here, h), divide(y - here, h), divide(z - here, h));
 }

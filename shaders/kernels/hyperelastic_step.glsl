@@ -29,6 +29,6 @@ KERNEL_BODY(hyperelastic_step) {
                                    real(0.66666666666666667) * dot(tet.g, tet.g));
         }
     }
-    rvec3 d = slope * (-real(relaxation) / max(curvature, real(1.0e-30)));
+    rvec3 d = slope * divide(-real(relaxation), max(curvature, real(1.0e-30)));
     target.at[v] = points.at[v] + widen(d);
 }

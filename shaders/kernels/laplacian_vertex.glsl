@@ -9,7 +9,7 @@ KERNEL_BODY(laplacian_vertex) {
         total += neighbour_weight.at[i];
     }
     if (!(total > real(0))) return;
-    rvec3 d = sum * (real(1) / total);
+    rvec3 d = sum * divide(real(1), total);
     if (smart != 0u) {
         Ball ball = make_ball(points, cells, inverse_length, cell_weight, ball_offset, ball_item, pattern);
         BallQuality before = ball_quality(ball, dof, rzero());

@@ -41,7 +41,7 @@ FN Elimination eliminate(Row r, uint n) {
 
 // From n variables to n - 1.
 FN Row project(Row r, Elimination e, uint n) {
-    real f = r.a[e.p] / e.row.a[e.p];
+    real f = divide(r.a[e.p], e.row.a[e.p]);
     Row s;
     for (uint q = 0u; q < 4u; ++q) s.a[q] = real(0);
     uint to = 0u;
@@ -67,7 +67,7 @@ FN Row lift(Row x, Elimination e, uint n) {
         rest -= e.row.a[q] * x.a[from];
         from += 1u;
     }
-    y.a[e.p] = rest / e.row.a[e.p];
+    y.a[e.p] = divide(rest, e.row.a[e.p]);
     return y;
 }
 
@@ -102,7 +102,7 @@ FN Row solve_line(RealArray rows, uint base, uint count, uint row_count, Row c, 
     for (uint l = 0u; l < count; ++l) {
         Row r = project(project(project(load_row(rows, base, l, row_count), e4, 4u), e3, 3u), e2, 2u);
         if (is_flat(r, 1u)) continue;
-        real bound = r.b / r.a[0];
+        real bound = divide(r.b, r.a[0]);
         if (r.a[0] > real(0))
             high = min(high, bound);
         else
@@ -194,7 +194,7 @@ KERNEL_BODY(untangle_vertex) {
     uint base = scratch_offset.at[gid];
     real shortest = real(1.0e30);
     for (uint i = ball_offset.at[dof]; i < ball_offset.at[dof + 1u]; ++i)
-        shortest = min(shortest, real(1) / inverse_length.at[ball_item.at[2u * i]]);
+        shortest = min(shortest, divide(real(1), inverse_length.at[ball_item.at[2u * i]]));
     // Displacements in units of the shortest target length.
     real here = real(1.0e30);
     uint row_count = 6u;
@@ -207,7 +207,7 @@ KERNEL_BODY(untangle_vertex) {
             LocalTet tet = local_tet(h, s, t);
             real size = sqrt(dot(tet.g, tet.g));
             if (!(size > real(1.0e-9))) continue;
-            real scale = real(1) / size;
+            real scale = divide(real(1), size);
             uint k = 4u * (base + row_count);
             scratch.at[k] = -tet.g.x * scale;
             scratch.at[k + 1u] = -tet.g.y * scale;

@@ -3,5 +3,5 @@
 FN real scaled_jacobian(real j, real len2_a, real len2_b, real len2_c) {
     real lengths = sqrt(len2_a) * sqrt(len2_b) * sqrt(len2_c);
     rbool degenerate = lengths == real(0);
-    return sel(degenerate, real(0), j / sel(degenerate, real(1), lengths));
+    return sel(degenerate, real(0), divide(j, sel(degenerate, real(1), lengths)));
 }

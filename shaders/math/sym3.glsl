@@ -69,15 +69,15 @@ FN rvec3 times(Sym3 m, rvec3 v) {
 FN rvec3 solve(Sym3 m, rvec3 b, real floor_rel) {
     real least = max(floor_rel * trace(m), real(1.0e-30));
     real d0 = max(m.xx, least);
-    real l1 = m.xy / d0;
-    real l2 = m.xz / d0;
+    real l1 = divide(m.xy, d0);
+    real l2 = divide(m.xz, d0);
     real d1 = max(m.yy - l1 * m.xy, least);
-    real l3 = (m.yz - l2 * m.xy) / d1;
+    real l3 = divide(m.yz - l2 * m.xy, d1);
     real d2 = max(m.zz - l2 * m.xz - l3 * l3 * d1, least);
     real y1 = b.y - l1 * b.x;
     real y2 = b.z - l2 * b.x - l3 * y1;
-    real z = y2 / d2;
-    real y = y1 / d1 - l3 * z;
-    real x = b.x / d0 - l1 * y - l2 * z;
+    real z = divide(y2, d2);
+    real y = divide(y1, d1) - l3 * z;
+    real x = divide(b.x, d0) - l1 * y - l2 * z;
     return rvec3(x, y, z);
 }

@@ -25,7 +25,7 @@ struct TetShape {
 // chi = (J + sqrt(J^2 + eps^2)) / 2 without cancellation for J <= 0.
 FN real regularised_jacobian(real j, real s, real eps) {
     rbool positive = j > real(0);
-    return sel(positive, real(0.5) * (j + s), real(0.5) * eps * eps / sel(positive, real(1), s - j));
+    return sel(positive, real(0.5) * (j + s), divide(real(0.5) * eps * eps, sel(positive, real(1), s - j)));
 }
 
 // size2 = S = |a|^2 + |b|^2 + |c|^2.
@@ -36,7 +36,7 @@ FN TetShape tet_shape(real size2, real j, real eps) {
     t.jacobian = j;
     t.scale = root * root * real(0.33333333333333333);
     t.energy = size2 * t.scale;
-    t.inv_s = real(1) / s;
+    t.inv_s = divide(real(1), s);
     return t;
 }
 

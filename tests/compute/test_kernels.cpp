@@ -139,6 +139,7 @@ TEST_CASE("kernels: in regular blocks both kernels take the same step, and block
     for (const SampleProblem* sample : {&cube, &octree})
         for (Precision precision : kPrecisions) {
             HostSolver general(*sample, precision), blocks(*sample, precision);
+            REQUIRE(blocks.device->find_regular_blocks());
             std::uint32_t regular = 0;
             for (std::uint32_t count : blocks.device->regular_count) regular += count;
             CHECK(regular > 0);

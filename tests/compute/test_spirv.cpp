@@ -5,7 +5,9 @@
 #include <map>
 #include <set>
 #include <spirv-tools/libspirv.h>
+#include <spirv/unified1/GLSL.std.450.h>
 #include <spirv/unified1/spirv.hpp>
+#include <string>
 
 using namespace hexopt::compute;
 
@@ -18,7 +20,26 @@ struct Reflection {
     std::map<std::uint32_t, bool> member_is_address;
     bool uses_double = false;
     std::size_t float_operations = 0, no_contraction = 0;
+    /// Instructions whose rounding Vulkan leaves open, by the function they stand in.
+    std::map<std::string, std::size_t> inexact;
 };
+
+/// Extended instructions that return one of their arguments or its bits, or are exact by definition.
+bool is_exact_extended(std::uint32_t instruction) {
+    switch (instruction) {
+    case GLSLstd450FAbs:
+    case GLSLstd450FMin:
+    case GLSLstd450FMax:
+    case GLSLstd450Fma:
+    case GLSLstd450UMin:
+    case GLSLstd450UMax:
+    case GLSLstd450PackDouble2x32:
+    case GLSLstd450UnpackDouble2x32:
+        return true;
+    default:
+        return false;
+    }
+}
 
 class Reader {
   public:
@@ -72,12 +93,26 @@ class Reader {
         case spv::OpVariable:
             variables_[w[1]] = {w[2], w[0]};
             break;
+        case spv::OpName:
+            names_[w[0]] = reinterpret_cast<const char*>(&w[1]);
+            break;
+        case spv::OpFunction:
+            function_ = names_[w[1]];
+            break;
+        case spv::OpExtInst:
+            if (!is_exact_extended(w[3])) ++r_.inexact[function_];
+            break;
+        case spv::OpFDiv:
+        case spv::OpFRem:
+        case spv::OpFMod:
+        case spv::OpDot:
+            ++r_.inexact[function_];
+            ++r_.float_operations;
+            break;
         case spv::OpFAdd:
         case spv::OpFSub:
         case spv::OpFMul:
-        case spv::OpFDiv:
         case spv::OpFNegate:
-        case spv::OpDot:
         case spv::OpVectorTimesScalar:
             ++r_.float_operations;
             break;
@@ -87,6 +122,8 @@ class Reader {
     }
 
     Reflection r_;
+    std::map<std::uint32_t, std::string> names_;
+    std::string function_;
     std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> offsets_;
     std::map<std::uint32_t, std::vector<std::uint32_t>> struct_members_;
     std::map<std::uint32_t, std::uint32_t> pointer_storage_, pointee_;
@@ -140,4 +177,18 @@ TEST_CASE("spirv: modules are valid before and after their arithmetic is made ex
             const Reflection r = Reader(exact).result();
             CHECK(r.no_contraction >= r.float_operations);
         }
+}
+
+TEST_CASE("spirv: what Vulkan rounds as it likes stands in divide() and exact_sqrt() alone") {
+    std::size_t found = 0;
+    for (const KernelInfo& kernel : kernels())
+        for (int p = 0; p < kPrecisionCount; ++p) {
+            INFO(kernel.name << " " << name_of(static_cast<Precision>(p)));
+            for (const auto& [function, count] : Reader(kernel.spirv[p]).result().inexact) {
+                INFO(function << ": " << count);
+                CHECK((function.starts_with("divide(") || function.starts_with("exact_sqrt(")));
+                ++found;
+            }
+        }
+    CHECK(found > 0);
 }

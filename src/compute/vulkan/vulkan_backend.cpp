@@ -364,18 +364,19 @@ Status Implementation::download(const Buffer& source, std::size_t offset, std::s
 Result<VkPipeline> Implementation::pipeline(const KernelInfo& kernel, Precision precision) {
     VkPipeline& entry = pipelines_[{kernel.id, precision}];
     if (entry) return entry;
-    SpirvBlob code = kernel.spirv[static_cast<int>(precision)];
-    // A software device is there to give the host's bits; a real one may fuse operations, for speed.
-    const bool exact = options_.exact_arithmetic || capabilities().type == DeviceType::software_gpu;
-    std::vector<std::uint32_t> decorated;
-    if (exact) code = decorated = forbid_contraction(code);
+    const std::vector<std::uint32_t> code = forbid_contraction(kernel.spirv[static_cast<int>(precision)]);
     VkShaderModuleCreateInfo module_info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-    module_info.codeSize = code.size_bytes();
+    module_info.codeSize = code.size() * sizeof code[0];
     module_info.pCode = code.data();
     VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
     info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
     info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
     info.stage.pName = "main";
+    const VkBool32 refined = capabilities().type != DeviceType::software_gpu; // shaders/dialect/types.glsl
+    const VkSpecializationMapEntry constant{.constantID = 0, .offset = 0, .size = sizeof refined};
+    const VkSpecializationInfo constants{
+        .mapEntryCount = 1, .pMapEntries = &constant, .dataSize = sizeof refined, .pData = &refined};
+    info.stage.pSpecializationInfo = &constants;
     info.layout = layout_;
     if (auto s = check(api_.vkCreateShaderModule(handle_, &module_info, nullptr, &info.stage.module),
                        "vkCreateShaderModule");

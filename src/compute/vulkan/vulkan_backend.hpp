@@ -25,7 +25,6 @@ struct VulkanOptions {
     bool validation = false;    ///< turns Khronos' validation layer on; an error where it is not installed
     std::string cache_folder;   ///< of the pipeline cache; empty: none is kept
     bool force_staging = false; ///< copies through a staging buffer even where memory is visible to the host
-    bool exact_arithmetic = false; ///< no fused or reordered operations; always so on software devices
     Faults faults;
     ExternalVulkan external; ///< used where its device is set
 };

@@ -25,17 +25,31 @@ class PatternTable {
         for (int k = 0; k < 8; ++k) {
             Pattern single{};
             single[k] = 1;
-            (void)row(single);
+            (void)find_or_add(single);
         }
     }
     std::uint32_t row(const Pattern& pattern) {
-        const auto [entry, is_new] = rows_.try_emplace(pattern, static_cast<std::uint32_t>(rows_.size()));
-        if (is_new) values_.insert(values_.end(), pattern.begin(), pattern.end());
-        return entry->second;
+        if (const int corner = single_corner(pattern); corner >= 0) return static_cast<std::uint32_t>(corner);
+        return find_or_add(pattern);
     }
     std::vector<double> take() { return std::move(values_); }
 
   private:
+    static int single_corner(const Pattern& pattern) {
+        int corner = -1;
+        for (int k = 0; k < 8; ++k) {
+            if (pattern[k] == 0) continue;
+            if (corner >= 0 || pattern[k] != 1) return -1;
+            corner = k;
+        }
+        return corner;
+    }
+    std::uint32_t find_or_add(const Pattern& pattern) {
+        const auto [entry, is_new] = rows_.try_emplace(pattern, static_cast<std::uint32_t>(rows_.size()));
+        if (is_new) values_.insert(values_.end(), pattern.begin(), pattern.end());
+        return entry->second;
+    }
+
     std::map<Pattern, std::uint32_t> rows_;
     std::vector<double> values_;
 };
@@ -87,8 +101,9 @@ void colour_dofs(const Problem& problem, DofBalls& balls) {
     }
 }
 
-void collect_neighbours(const Problem& problem, DofBalls& balls) {
-    balls.neighbour_offset.push_back(0);
+// Vertices joined to each dof's by an edge, rising.
+Csr<std::uint32_t> collect_neighbours(const Problem& problem, const DofBalls& balls) {
+    Csr<std::uint32_t> neighbours;
     std::vector<std::uint32_t> list;
     for (std::uint32_t d = 0; d < problem.dof_count(); ++d) {
         const Index vertex = problem.dof_vertex()[d];
@@ -102,9 +117,10 @@ void collect_neighbours(const Problem& problem, DofBalls& balls) {
         }
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
-        balls.neighbour.insert(balls.neighbour.end(), list.begin(), list.end());
-        balls.neighbour_offset.push_back(static_cast<std::uint32_t>(balls.neighbour.size()));
+        neighbours.item.insert(neighbours.item.end(), list.begin(), list.end());
+        neighbours.offset.push_back(neighbours.item.size());
     }
+    return neighbours;
 }
 
 double mean_edge(const HexMesh& mesh, std::span<const Point> positions) {
@@ -206,7 +222,6 @@ DofBalls compute_dof_balls(const Problem& problem) {
     DofBalls balls;
     collect_balls(problem, balls);
     colour_dofs(problem, balls);
-    collect_neighbours(problem, balls);
     return balls;
 }
 
@@ -258,40 +273,51 @@ Status DeviceProblem::download_positions(std::span<Point> positions) {
     return Done{};
 }
 
-namespace {
-
-/// Puts regular dofs first in each colour, then other free ones, then those that slide. Returns the regular
-/// ones' rows.
-std::vector<std::uint32_t> order_colours(DeviceProblem& device, const DofBalls& balls,
-                                         std::span<const std::uint8_t> slides) {
-    std::vector<std::uint32_t> rows;
-    std::vector<std::uint8_t> rank(device.dof_count, 1);
-    for (std::size_t c = 0; c < device.colours.rows(); ++c) {
-        device.regular_first.push_back(static_cast<std::uint32_t>(rows.size() / RegularBlock::kNumbers));
-        device.regular_count.push_back(0);
-        device.free_count.push_back(0);
-        for (std::uint32_t d : device.colours[c]) {
-            if (!slides.empty() && slides[d]) {
-                rank[d] = 2;
-                continue;
-            }
-            ++device.free_count[c];
-            const auto block = find_regular_block(*device.problem, balls, d);
-            if (!block) continue;
-            rank[d] = 0;
-            ++device.regular_count[c];
-            rows.insert(rows.end(), block->vertex.begin(), block->vertex.end());
-            rows.insert(rows.end(), block->cell.begin(), block->cell.end());
-        }
-        const auto first = device.colours.item.begin();
-        std::stable_sort(first + static_cast<std::ptrdiff_t>(device.colours.offset[c]),
-                         first + static_cast<std::ptrdiff_t>(device.colours.offset[c + 1]),
-                         [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
+void DeviceProblem::put_sliders_last(std::span<const std::uint8_t> slides) {
+    for (std::size_t c = 0; c < colours.rows(); ++c) {
+        const auto begin = colours.item.begin() + static_cast<std::ptrdiff_t>(colours.offset[c]);
+        const auto end = colours.item.begin() + static_cast<std::ptrdiff_t>(colours.offset[c + 1]);
+        const auto free_end =
+            slides.empty() ? end
+                           : std::stable_partition(begin, end, [&](std::uint32_t d) { return !slides[d]; });
+        free_count.push_back(static_cast<std::uint32_t>(free_end - begin));
     }
-    return rows;
 }
 
-} // namespace
+Status DeviceProblem::find_regular_blocks() {
+    if (!regular_first.empty()) return Done{};
+    const DofBalls balls = compute_dof_balls(*problem);
+    std::vector<std::uint32_t> rows;
+    for (std::size_t c = 0; c < colours.rows(); ++c) {
+        const auto begin = colours.item.begin() + static_cast<std::ptrdiff_t>(colours.offset[c]);
+        const auto regular_end = std::stable_partition(begin, begin + free_count[c], [&](std::uint32_t d) {
+            const auto block = find_regular_block(*problem, balls, d);
+            if (!block) return false;
+            rows.insert(rows.end(), block->vertex.begin(), block->vertex.end());
+            rows.insert(rows.end(), block->cell.begin(), block->cell.end());
+            return true;
+        });
+        const auto before = static_cast<std::uint32_t>(
+            regular_first.empty() ? 0 : regular_first.back() + regular_count.back());
+        regular_first.push_back(before);
+        regular_count.push_back(static_cast<std::uint32_t>(regular_end - begin));
+    }
+    Uploader up(*this);
+    up.indices<std::uint32_t>(stencil, rows, "regular blocks");
+    up.indices<std::uint32_t>(dof_list, colours.item, "colours");
+    return up.status();
+}
+
+Status DeviceProblem::find_neighbours() {
+    if (!neighbour_offset.is_empty()) return Done{};
+    const Csr<std::uint32_t> found = collect_neighbours(*problem, compute_dof_balls(*problem));
+    const std::vector<std::uint32_t> offset(found.offset.begin(), found.offset.end());
+    Uploader up(*this);
+    up.indices<std::uint32_t>(neighbour_offset, offset, "neighbour offsets");
+    up.indices<std::uint32_t>(neighbour, found.item, "neighbours");
+    up.reals(neighbour_weight, std::vector<double>(found.item.size(), 1.0), "neighbour weights");
+    return up.status();
+}
 
 Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with, const Problem& of,
                                             const DeviceFrame& in, std::span<const std::uint8_t> slides) {
@@ -305,14 +331,13 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     device.dof_count = static_cast<std::uint32_t>(of.dof_count());
     DofBalls balls = compute_dof_balls(of);
     device.colours = std::move(balls.colours);
-    const std::vector<std::uint32_t> stencil = order_colours(device, balls, slides);
+    device.put_sliders_last(slides);
     const HangingRows rows = moving_rows(of);
     device.hanging_count = static_cast<std::uint32_t>(rows.vertex.size());
     const std::vector<double> weight(of.weight().begin(), of.weight().end());
     // V / length^2 of a cell of size 2^-level is proportional to 2^-level, the root of its weight.
     std::vector<double> root = weight;
     for (double& w : root) w = std::sqrt(w);
-    const std::vector<double> ones(balls.neighbour.size(), 1.0);
     std::vector<Cell> cells(of.cell_count());
     for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = of.cell(i);
 
@@ -329,10 +354,6 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     up.reals(device.pattern, balls.pattern, "patterns");
     up.indices<Index>(device.dof_vertex, of.dof_vertex(), "vertices of dofs");
     up.indices<std::uint32_t>(device.dof_list, device.colours.item, "colours");
-    up.indices<std::uint32_t>(device.stencil, stencil, "regular blocks");
-    up.indices<std::uint32_t>(device.neighbour_offset, balls.neighbour_offset, "neighbour offsets");
-    up.indices<std::uint32_t>(device.neighbour, balls.neighbour, "neighbours");
-    up.reals(device.neighbour_weight, ones, "neighbour weights");
     up.indices<std::uint32_t>(device.hanging_vertex, rows.vertex, "hanging vertices");
     up.indices<std::uint32_t>(device.hanging_offset, rows.offset, "hanging offsets");
     up.indices<std::uint32_t>(device.hanging_master, rows.master, "masters");

@@ -11,9 +11,7 @@ struct DofBalls {
     std::vector<std::uint32_t> offset; ///< dof -> first entry
     std::vector<std::uint32_t> item;   ///< 2 an entry: cell of the problem, row of pattern
     std::vector<double> pattern;       ///< 8 a row: share of the dof's displacement that each corner makes
-    Csr<std::uint32_t> colours;        ///< dofs of each colour, rising
-    std::vector<std::uint32_t> neighbour_offset; ///< dof -> first neighbour
-    std::vector<std::uint32_t> neighbour;        ///< vertices joined to the dof's by an edge, rising
+    Csr<std::uint32_t> colours;        ///< dofs of each colour, rising; two conflict where a cell has both
 };
 
 DofBalls compute_dof_balls(const Problem& problem);
@@ -37,8 +35,7 @@ Result<compute::Buffer> upload_points(compute::Backend& backend, compute::Precis
 
 /// A problem's data on a backend.
 struct DeviceProblem {
-    /// slides: per dof, what is left to DeviceSliders; empty: none. Dofs in regular blocks get a kernel of
-    /// their own in sweeps.
+    /// slides: per dof, what is left to DeviceSliders; empty: none.
     static Result<DeviceProblem> create(compute::Backend& backend, compute::Precision precision,
                                         const Problem& problem, const DeviceFrame& frame,
                                         std::span<const std::uint8_t> slides = {});
@@ -55,6 +52,12 @@ struct DeviceProblem {
     Status upload_positions(std::span<const Point> positions);
     /// Overwrites the positions of dofs and of the vertices that hang on them.
     Status download_positions(std::span<Point> positions);
+
+    /// Makes `stencil` and puts the dofs that have one first in their colour, where not done yet: only sweeps
+    /// of Newton steps need that, and on a mesh of a million cells it takes a third of a second.
+    Status find_regular_blocks();
+    /// Makes `neighbour*`, where not done yet: only Laplacian passes need them.
+    Status find_neighbours();
 
     /// Local points into a buffer.
     Status write_points(const compute::Buffer& target, std::span<const Point> local);
@@ -73,13 +76,16 @@ struct DeviceProblem {
     Csr<std::uint32_t> colours; ///< dofs of each colour: those that move freely, then those that slide
     std::vector<std::uint32_t> free_count; ///< of each colour
     /// Of each colour: its first row of `stencil`, and how many of the free dofs, those at the front, have
-    /// one.
+    /// one. Empty before find_regular_blocks().
     std::vector<std::uint32_t> regular_first, regular_count;
 
     compute::Buffer points, cells, cell_weight, edge_weight, tet_mask, length, inverse_length;
     compute::Buffer ball_offset, ball_item, pattern, dof_vertex, dof_list, stencil;
     compute::Buffer neighbour_offset, neighbour, neighbour_weight;
     compute::Buffer hanging_vertex, hanging_offset, hanging_master, hanging_weight;
+
+  private:
+    void put_sliders_last(std::span<const std::uint8_t> slides);
 };
 
 } // namespace hexopt

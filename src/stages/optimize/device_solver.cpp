@@ -200,15 +200,19 @@ Result<std::vector<CellMeasure>> DeviceSolver::measure_cells() {
 }
 
 Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega, bool blocks) {
+    if (sweeps > 0 && blocks)
+        if (auto status = device_.find_regular_blocks(); !status) return status;
     for (int sweep = 0; sweep < sweeps; ++sweep) {
         for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
             const std::uint32_t regular = blocks ? device_.regular_count[c] : 0;
-            recorder_.dispatch(device_.precision,
-                               args::newton_regular{
-                                   device_.points.ref(),
-                                   device_.stencil.ref(4 * RegularBlock::kNumbers * device_.regular_first[c]),
-                                   device_.inverse_length.ref(), device_.cell_weight.ref(),
-                                   static_cast<float>(eps), static_cast<float>(omega), regular});
+            if (blocks)
+                recorder_.dispatch(
+                    device_.precision,
+                    args::newton_regular{
+                        device_.points.ref(),
+                        device_.stencil.ref(4 * RegularBlock::kNumbers * device_.regular_first[c]),
+                        device_.inverse_length.ref(), device_.cell_weight.ref(), static_cast<float>(eps),
+                        static_cast<float>(omega), regular});
             const std::uint32_t count = device_.free_count[c] - regular;
             recorder_.dispatch(
                 device_.precision,
@@ -246,6 +250,7 @@ Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
 }
 
 Status DeviceSolver::sweep_laplacian(bool smart) {
+    if (auto status = device_.find_neighbours(); !status) return status;
     for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
         const auto count = static_cast<std::uint32_t>(device_.colours[c].size());
         recorder_.dispatch(device_.precision,

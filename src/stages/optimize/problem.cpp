@@ -24,6 +24,18 @@ constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
     return bits;
 }();
 
+/// By key(cell), which is below `keys`; cells of one key stay in their order.
+template <class Key>
+std::vector<Index> sort_by_key(const std::vector<Index>& cells, const Key& key, std::size_t keys) {
+    std::vector<Index> key_of(cells.size());
+    std::vector<std::size_t> next(keys + 1, 0);
+    for (std::size_t i = 0; i < cells.size(); ++i) ++next[(key_of[i] = key(cells[i])) + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    std::vector<Index> sorted(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) sorted[next[key_of[i]]++] = cells[i];
+    return sorted;
+}
+
 } // namespace
 
 Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
@@ -100,14 +112,13 @@ void Problem::order_cells(std::uint32_t tets) {
             for (DofShare share : shares(v)) lowest = std::min(lowest, share.dof);
         return lowest;
     };
-    std::vector<std::pair<Index, Index>> keyed;
-    keyed.reserve(cell_id_.size());
-    for (Index c : cell_id_) keyed.emplace_back(lowest_dof(c), c);
-    std::sort(keyed.begin(), keyed.end());
-    if (has_hanging()) cell_hanging_.assign(keyed.size(), 0);
+    cell_id_ = sort_by_key(cell_id_, lowest_dof, dof_count());
+    if (has_hanging()) cell_hanging_.assign(cell_id_.size(), 0);
+    cell_dof_.item.reserve(8 * cell_id_.size());
+    cell_dof_.offset.reserve(cell_id_.size() + 1);
+    tet_mask_.reserve(cell_id_.size());
     std::vector<Index> dofs;
-    for (std::size_t i = 0; i < keyed.size(); ++i) {
-        cell_id_[i] = keyed[i].second;
+    for (std::size_t i = 0; i < cell_id_.size(); ++i) {
         dofs.clear();
         for (Index v : cell(i)) {
             const auto list = shares(v);
