@@ -1,5 +1,7 @@
 #include "stages/fit/capture.hpp"
 
+#include "stages/fit/corner_fans.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -35,10 +37,15 @@ double wedge_factor(double angle_deg) {
     return std::clamp(0.4 / std::tan(std::max(half, 0.01)) + 0.2, 1.0, kFarthest);
 }
 
+/// What it counts in edge lengths where the numbers of quads between an anchor's legs do not suit their
+/// angles, and how badly they do where there is no choice of edges.
+constexpr double kSectors = 0.3, kNoRing = 0.5;
+
 /// Vertices within reach of each anchor, with what they cost in units of the local edge length: distance and
-/// a penalty for every edge too few.
+/// penalties for every edge too few and for quads between the legs that are too many or too few.
 std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexTree& tree,
-                                       const Domain& domain, const CurveNet& net, double least_reach) {
+                                       const Domain& domain, const CurveNet& net, const RingChooser& rings,
+                                       double least_reach) {
     std::vector<Candidate> candidates;
     for (Index a = 0; a < net.anchors.size(); ++a) {
         const auto legs = static_cast<int>(net.anchor_leg[a].size());
@@ -51,7 +58,9 @@ std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexT
             distance /= surface.size[v];
             if (distance > reach) return;
             const int missing = std::max(0, legs - usable_edges(surface, v));
-            candidates.push_back({distance + missing, a, v});
+            const RingChoice ring = rings.choose(a, v, [](Index, Index) { return 0.0; });
+            const double sectors = kSectors * (ring.neighbour.empty() ? kNoRing : ring.sectors);
+            candidates.push_back({distance + missing + sectors, a, v});
         });
     }
     std::sort(candidates.begin(), candidates.end());
@@ -74,9 +83,9 @@ std::vector<Index> capture_anchors(const std::vector<Candidate>& candidates, std
 class Router {
   public:
     Router(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
-           const CurveNet& net, const std::vector<Candidate>& candidates, const CaptureOptions& options,
-           Capture& capture)
-        : surface_(surface), placed_(placed), domain_(domain), net_(net), options_(options),
+           const CurveNet& net, const RingChooser& rings, const std::vector<Candidate>& candidates,
+           const CaptureOptions& options, Capture& capture)
+        : surface_(surface), placed_(placed), domain_(domain), net_(net), rings_(rings), options_(options),
           capture_(capture), anchor_at_(placed.size(), 0), leg_at_(placed.size(), kNoIndex),
           reserved_(placed.size(), kNoIndex), contested_(placed.size(), 0),
           next_candidate_(net.anchors.size(), 0), candidates_of_(net.anchors.size()),
@@ -119,6 +128,8 @@ class Router {
     /// After so many times a path was dropped, an anchor of it takes another vertex.
     static constexpr int kDropsBeforeMove = 3;
     static constexpr int kMaxDrops = 15;
+    /// What an edge costs that is another leg's already, in squared radians.
+    static constexpr double kTaken = 20;
 
     /// An anchor of both legs, or else that of `other` whose vertex has fewer edges.
     Index shared_anchor(Index leg, Index other) const {
@@ -162,41 +173,15 @@ class Router {
         return capture_.anchor_vertex[a] != kNoIndex && capture_.anchor_vertex[b] != kNoIndex;
     }
 
-    /// Direction in which leg l leaves anchor a, seen from one edge length away.
-    Point direction(Index l, Index a, double size) const {
-        const Leg& leg = net_.legs[l];
-        const double ahead = std::min(1.5 * size, 0.5 * leg.length());
-        const bool forward = leg.anchor[0] == a;
-        const Point d = point_at(leg, forward ? ahead : leg.length() - ahead) - net_.anchors[a].place;
-        const double length = glm::length(d);
-        return length > 0 ? d / length : d;
-    }
-
-    /// Gives each leg at an anchor an edge of its own: the choice with the least sum of squared angles.
+    /// Gives each leg at an anchor an edge of its own.
     void reserve_ring(Index a) {
         const Index v = capture_.anchor_vertex[a];
+        if (v == kNoIndex) return;
+        const RingChoice choice =
+            rings_.choose(a, v, [&](Index u, Index leg) { return taken_by_other(u, leg) ? kTaken : 0.0; });
         const std::span<const Index> legs = net_.anchor_leg[a];
-        if (v == kNoIndex || legs.empty() || legs.size() > 6) return;
-        std::vector<Index> neighbour;
-        for (Index e : surface_.vertex_edge[v])
-            if (surface_.edge[e].ridge_allowed) neighbour.push_back(surface_.other_end(e, v));
-        if (neighbour.size() < legs.size() || neighbour.size() > 8) return;
-        std::vector<std::vector<double>> cost(legs.size());
-        for (std::size_t l = 0; l < legs.size(); ++l) {
-            const Point d = direction(legs[l], a, surface_.size[v]);
-            for (Index u : neighbour) {
-                const Point edge = placed_[u] - net_.anchors[a].place;
-                const double c = glm::dot(d, edge) / std::max(glm::length(edge), 1e-300);
-                const double angle = std::acos(std::clamp(c, -1.0, 1.0));
-                cost[l].push_back(angle * angle + (taken_by_other(u, legs[l]) ? 20 : 0));
-            }
-        }
-        std::vector<Index> choice(legs.size()), best;
-        double least = kInfinity;
-        choose(cost, 0, 0, 0, choice, best, least);
-        if (best.empty()) return;
-        for (std::size_t l = 0; l < legs.size(); ++l) {
-            const Index u = neighbour[best[l]];
+        for (std::size_t l = 0; l < choice.neighbour.size(); ++l) {
+            const Index u = choice.neighbour[l];
             if (taken_by_other(u, legs[l])) continue;
             first_step_[legs[l]][net_.legs[legs[l]].anchor[0] == a ? 0 : 1] = u;
             if (!anchor_at_[u]) reserved_[u] = legs[l];
@@ -209,21 +194,6 @@ class Router {
             return u != capture_.anchor_vertex[net_.legs[leg].anchor[0]] &&
                    u != capture_.anchor_vertex[net_.legs[leg].anchor[1]];
         return reserved_[u] != kNoIndex && reserved_[u] != leg;
-    }
-
-    static void choose(const std::vector<std::vector<double>>& cost, std::size_t row, unsigned used,
-                       double sum, std::vector<Index>& choice, std::vector<Index>& best, double& least) {
-        if (sum >= least) return;
-        if (row == cost.size()) {
-            least = sum;
-            best = choice;
-            return;
-        }
-        for (Index k = 0; k < cost[row].size(); ++k) {
-            if (used >> k & 1) continue;
-            choice[row] = k;
-            choose(cost, row + 1, used | 1u << k, sum + cost[row][k], choice, best, least);
-        }
     }
 
     double curve_distance(Index curve, const Point& query) const {
@@ -349,6 +319,7 @@ class Router {
     const std::vector<Point>& placed_;
     const Domain& domain_;
     const CurveNet& net_;
+    const RingChooser& rings_;
     const CaptureOptions& options_;
     Capture& capture_;
     std::vector<std::uint8_t> anchor_at_; ///< per vertex
@@ -368,10 +339,13 @@ Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& p
                          const Domain& domain, const CurveNet& net, const CaptureOptions& options,
                          const Context& context) {
     Capture capture;
-    const std::vector<Candidate> candidates = find_candidates(surface, tree, domain, net, options.reach);
+    const std::vector<CornerFan> fans = find_corner_fans(domain, net);
+    const RingChooser rings(surface, placed, net, fans);
+    const std::vector<Candidate> candidates =
+        find_candidates(surface, tree, domain, net, rings, options.reach);
     capture.anchor_vertex = capture_anchors(candidates, net.anchors.size(), placed.size());
     capture.path.resize(net.legs.size());
-    Router(surface, placed, domain, net, candidates, options, capture).run(context);
+    Router(surface, placed, domain, net, rings, candidates, options, capture).run(context);
     return capture;
 }
 
