@@ -21,6 +21,7 @@ constexpr int kMostFitted = 2;         ///< octrees of about the size wanted
 constexpr double kProbeShare = 0.12, kLeastProbe = 1500, kMostProbe = 10e3;
 constexpr double kProbeRatio = 2.5;
 constexpr int kProbeTrials = 3;
+constexpr int kNarrowLevels = 4;     ///< where the surface would be left bare, beyond those of gaps
 constexpr double kNextStep = 1.3;    ///< of sizes, where trials contradict one another
 constexpr double kUsualExcess = 8;   ///< over SizeTrials::first_size(), by criteria of shape
 constexpr double kUsualLayers = 2;   ///< cells of buffer layers a quad of the trimmed surface
@@ -68,7 +69,7 @@ class CountSearch {
             CountedOctree counted{std::move(*refined), {}, {}, {}};
             auto trimmed = clock.run("trim", [&] {
                 return trim_in_rounds(counted.refined, domain_, options_.trim, counted.rounds, context_,
-                                      leak_);
+                                      leak_, narrow_levels());
             });
             if (!trimmed) return trimmed.error();
             counted.trimmed = std::move(*trimmed);
@@ -139,6 +140,8 @@ class CountSearch {
     double with_layers(const TrimReport& report) const {
         return static_cast<double>(report.kept_cells) + layers_ * static_cast<double>(report.surface_quads);
     }
+
+    int narrow_levels() const { return options_.refine.gap_levels > 0 ? kNarrowLevels : 0; }
 
     /// share: of such cells that counts.
     double growth_by(std::size_t refine_cells, std::size_t cells, double share) const {

@@ -34,15 +34,56 @@ HexMesh take_cells(const HexMesh& mesh, const std::vector<Index>& cells) {
     return part;
 }
 
-/// Cells of bare places that may be halved, and those of their size and larger round them, rising.
-std::vector<Index> choose_bare_cells(const RefineOutput& refined, const std::vector<BareSpot>& spots) {
-    const HexMesh& octree = refined.octree;
-    std::vector<int> level(octree.vertex_count(), -1);
-    for (const BareSpot& spot : spots) {
-        const double finest = refined.finest_size[spot.patch];
-        if (spot.cell_size < 2 * finest * (1 - 1e-6) || spot.thickness < kLeastCells * finest) continue;
-        for (Index v : octree.cells[spot.cell]) level[v] = std::max<int>(level[v], octree.level[spot.cell]);
+/// Bare places where cells may be halved beyond what gaps get: more cells fit in there.
+class NarrowPlaces {
+  public:
+    NarrowPlaces(const RefineOutput& refined, int levels)
+        : refined_(refined), finest_part_(std::ldexp(1, -levels)),
+          first_cells_(static_cast<double>(refined.octree.cell_count())) {}
+
+    /// Those of a round that may, widest first. Where not all may have the cells that they need, places as
+    /// wide as the first that may not, or nearly so, have none: parts of a wall would be no better than
+    /// nothing.
+    std::vector<const BareSpot*> choose(const std::vector<BareSpot>& spots) const {
+        std::vector<const BareSpot*> chosen;
+        if (finest_part_ == 1) return chosen;
+        for (const BareSpot& spot : spots)
+            if (const double size = size_for(spot);
+                size >= finest_part_ * refined_.finest_size[spot.patch] && spot.cell_size > size)
+                chosen.push_back(&spot);
+        std::stable_sort(chosen.begin(), chosen.end(),
+                         [](const BareSpot* a, const BareSpot* b) { return a->thickness > b->thickness; });
+        double needed = 0, widest_left = 0;
+        for (const BareSpot* spot : chosen) {
+            const double size = size_for(*spot);
+            needed += kCellsPerSquare * spot->area / (size * size);
+            if (needed > kNarrowShare * first_cells_) {
+                widest_left = kAsWide * spot->thickness;
+                break;
+            }
+        }
+        std::erase_if(chosen, [&](const BareSpot* spot) { return spot->thickness <= widest_left; });
+        return chosen;
     }
+
+    /// Whether there is room for so many cells more to be halved.
+    bool may_halve(std::size_t cells) const {
+        const auto now = static_cast<double>(refined_.octree.cell_count());
+        return now + 7 * static_cast<double>(cells) <= kMostNarrowGrowth * first_cells_;
+    }
+
+  private:
+    static double size_for(const BareSpot& spot) { return spot.thickness / kNarrowCells; }
+
+    static constexpr double kNarrowCells = 3, kNarrowShare = 0.1, kMostNarrowGrowth = 1.3, kAsWide = 1.5;
+
+    const RefineOutput& refined_;
+    double finest_part_; ///< of the size of the smallest cells in gaps
+    double first_cells_;
+};
+
+/// Cells at vertices that are marked by a level, no finer than that, rising.
+std::vector<Index> find_marked(const HexMesh& octree, const std::vector<int>& level) {
     std::vector<Index> cells;
     for (Index c = 0; c < octree.cell_count(); ++c) {
         const Cell& cell = octree.cells[c];
@@ -50,6 +91,39 @@ std::vector<Index> choose_bare_cells(const RefineOutput& refined, const std::vec
             cells.push_back(c);
     }
     return cells;
+}
+
+void mark(const HexMesh& octree, Index cell, std::vector<int>& level) {
+    for (Index v : octree.cells[cell]) level[v] = std::max<int>(level[v], octree.level[cell]);
+}
+
+/// Levels of the vertices round narrow places, for as many rings of cells as there is room for: fronts
+/// between levels are better off outside.
+std::vector<int> mark_narrow(const HexMesh& octree, const std::vector<BareSpot>& spots,
+                             const NarrowPlaces& narrow) {
+    constexpr int kMostRings = 3;
+    const std::vector<int> none(octree.vertex_count(), -1);
+    std::vector<int> level = none, with_room = none;
+    for (const BareSpot* spot : narrow.choose(spots)) mark(octree, spot->cell, level);
+    for (int ring = 1; ring <= kMostRings; ++ring) {
+        const std::vector<Index> cells = find_marked(octree, level);
+        if (cells.empty() || !narrow.may_halve(cells.size())) break;
+        with_room = level;
+        for (Index c : cells) mark(octree, c, level);
+    }
+    return with_room;
+}
+
+/// Cells of bare places that may be halved, and those of their size and larger round them, rising.
+std::vector<Index> choose_bare_cells(const RefineOutput& refined, const std::vector<BareSpot>& spots,
+                                     const NarrowPlaces& narrow) {
+    std::vector<int> level = mark_narrow(refined.octree, spots, narrow);
+    for (const BareSpot& spot : spots) {
+        const double finest = refined.finest_size[spot.patch];
+        if (spot.cell_size >= 2 * finest * (1 - 1e-6) && spot.thickness >= kLeastCells * finest)
+            mark(refined.octree, spot.cell, level);
+    }
+    return find_marked(refined.octree, level);
 }
 
 /// Splits the cells; false where that was not possible.
@@ -71,7 +145,8 @@ double thickness_of(std::vector<BareSpot> spots) {
 } // namespace
 
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
-                                  TrimRounds& rounds, Context& context, LeakPath* leak) {
+                                  TrimRounds& rounds, Context& context, LeakPath* leak, int narrow_levels) {
+    const NarrowPlaces narrow(refined, narrow_levels);
     bool may_cover = true;
     for (int round = 1;; ++round) {
         if (round == kMostRounds) options.partial = PartialFaces::remove;
@@ -88,7 +163,7 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
             fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
         if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
         if (may_cover && round < kMostRounds) {
-            std::vector<Index> cells = choose_bare_cells(refined, trimmed->bare_spots);
+            std::vector<Index> cells = choose_bare_cells(refined, trimmed->bare_spots, narrow);
             may_cover = !cells.empty();
             cells.insert(cells.end(), trimmed->refine_cells.begin(), trimmed->refine_cells.end());
             std::sort(cells.begin(), cells.end());

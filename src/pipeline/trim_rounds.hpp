@@ -12,11 +12,14 @@ struct TrimRounds {
 
 /// Trims, and refines what trimming asks for and where the surface has no cells near it, until there is
 /// nothing left. Cells at bare places are halved up to refined.finest_size, and not at all where what is
-/// behind the surface is thinner than those could resolve. Where partial faces may not be refined any more
-/// the cells there are removed instead. rounds: for one `refined` and one domain. Errors: as trim() (*leak
-/// gets the path where the surface leaks); cancelled.
+/// behind the surface is thinner than those could resolve. narrow_levels: up to so many levels beyond that,
+/// 0..20, until three cells fit between a bare place and what is opposite, widest places first, as far as
+/// that takes about a tenth of the cells. Where partial faces may not be refined any more the cells there are
+/// removed instead. rounds: for one `refined` and one domain. Errors: as trim() (*leak gets the path where
+/// the surface leaks); cancelled.
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
-                                  TrimRounds& rounds, Context& context, LeakPath* leak);
+                                  TrimRounds& rounds, Context& context, LeakPath* leak,
+                                  int narrow_levels = 0);
 
 /// Error (no_valid_mesh) where cells are kept at less than 70 % of the surface, or of a closed surface's
 /// volume where more than a tenth of it is bare: says where, how thick the model is there and what cells it

@@ -25,12 +25,14 @@ RefineOptions cells_of(double size, int gap_levels) {
     return options;
 }
 
-TrimOutput trim_all(const Domain& domain, const RefineOptions& options) {
+TrimOutput trim_all(const Domain& domain, const RefineOptions& options, int narrow_levels = 0) {
     Context context(1);
     auto refined = refine(domain, options, context);
     if (!refined) FAIL(refined.error().one_line());
     TrimRounds rounds;
-    auto trimmed = trim_in_rounds(*refined, domain, {}, rounds, context, nullptr);
+    TrimOptions how;
+    how.part_fraction = 0; // parts of any size are wanted
+    auto trimmed = trim_in_rounds(*refined, domain, how, rounds, context, nullptr, narrow_levels);
     if (!trimmed) FAIL(trimmed.error().one_line());
     CHECK(rounds.count > 0);
     return std::move(trimmed).value();
@@ -55,6 +57,33 @@ TEST_CASE("a wall of half a cell is refined until cells follow it, and nothing e
         return level;
     };
     CHECK(deepest(fine.kept) == deepest(coarse.kept)); // the block keeps its size
+}
+
+TEST_CASE("narrow parts get cells beyond the levels of gaps, as far as that does not take many") {
+    const auto block_and_tab = [](double side, double thickness) {
+        TriangleSoup soup;
+        test::append_box(soup, {0, 0, 0}, {10, 10, 10});
+        test::append_box(soup, {10.6, 4.1, 4.1}, {10.6 + thickness, 4.1 + side, 4.1 + side});
+        return test::make_domain(soup);
+    };
+    SECTION("a small tab of half a cell") {
+        const Domain domain = block_and_tab(0.4, 0.12);
+        const TrimOutput none = trim_all(domain, cells_of(0.25, 0)),
+                         some = trim_all(domain, cells_of(0.25, 0), 3);
+        CHECK(none.report.bare_area > 0.4);
+        CHECK(some.report.bare_area == 0);
+        CHECK(some.report.closed_manifold());
+        CHECK(some.report.octree_cells < 1.5 * none.report.octree_cells);
+        // Cells of a third of the thickness ask for three levels.
+        CHECK(trim_all(domain, cells_of(0.25, 0), 2).report.octree_cells == none.report.octree_cells);
+    }
+    SECTION("a large one") {
+        const Domain domain = block_and_tab(5, 0.05);
+        const TrimOutput none = trim_all(domain, cells_of(0.25, 0)),
+                         some = trim_all(domain, cells_of(0.25, 0), 5);
+        CHECK(some.report.bare_area > 40);
+        CHECK(some.report.octree_cells == none.report.octree_cells);
+    }
 }
 
 TEST_CASE("a wall that no allowed level resolves is left alone and refused") {
