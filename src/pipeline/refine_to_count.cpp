@@ -77,6 +77,10 @@ class CountSearch {
             if (!check_coverage(*counted.trimmed)) {
                 if (round == kMostFitted || growth_ <= kFinishedShare) return counted; // will be refused
                 growth_ = kFinishedShare; // smaller cells, as if there were no repairs
+                if (!std::exchange(steep_, true)) {
+                    trials_.require_steep(); // thin walls are curved as a rule
+                    seen_.clear();
+                }
                 continue;
             }
             auto fitted = clock.run("fit", [&] {
@@ -130,7 +134,8 @@ class CountSearch {
     Result<SizeTrials::Trial> find_steep(SizeTrials::Trial without, double cells) {
         auto steep = trials_.allow_steep(without);
         if (!steep) return steep.error();
-        if (!*steep) return without;
+        steep_ = steep->has_value();
+        if (!steep_) return without;
         seen_.clear();
         see(**steep);
         if (is_near(cells, kGoodRatio)) return std::move(**steep);
@@ -221,7 +226,7 @@ class CountSearch {
     double wanted_, layers_ = options_.buffers ? kUsualLayers : 0, growth_ = kUsualGrowth;
     Promise promise_;
     std::vector<Counted> seen_; ///< of one kind: all with what steep chords ask for, or all without
-    bool asked_for_steep_ = false;
+    bool asked_for_steep_ = false, steep_ = false;
 };
 
 } // namespace

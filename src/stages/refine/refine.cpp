@@ -141,7 +141,7 @@ class SizeTrials::Run {
     Run(const Domain& domain, const RefineOptions& options, Context& context)
         : domain_(domain), options_(options), most_cells_(options.max_cells), context_(context),
           surface_(domain, options.planar), criteria_(domain, surface_, options) {
-        if (options.surface.is_given()) criteria_.set_steep(kSteep);
+        if (options.surface.is_given()) require_steep();
     }
 
     Result<Trial> refine_to(const TargetSize& size) {
@@ -234,6 +234,8 @@ class SizeTrials::Run {
         return std::optional<Trial>();
     }
 
+    void require_steep() { criteria_.set_steep(kSteep); }
+
     /// Criteria that need many times the wanted number are given up.
     void limit_leaves() {
         const double most = kMostLeaves * wanted_cells(options_);
@@ -302,6 +304,8 @@ Result<SizeTrials> SizeTrials::create(const Domain& domain, const RefineOptions&
 Result<std::optional<SizeTrials::Trial>> SizeTrials::allow_steep(const Trial& without) {
     return run_->allow_steep(without);
 }
+
+void SizeTrials::require_steep() { run_->require_steep(); }
 
 double SizeTrials::first_size(double cells) const { return run_->first_size(cells); }
 

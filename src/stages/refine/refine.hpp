@@ -186,6 +186,8 @@ class SizeTrials {
     /// trials from now on; none, and no later one either, where that would add too many cells. At first
     /// trials are without. Errors: as refine().
     Result<std::optional<Trial>> allow_steep(const Trial& without);
+    /// The same for all trials from now on, however many cells that adds.
+    void require_steep();
     /// What refine() gives.
     RefineOutput finish(Trial trial) const;
 
