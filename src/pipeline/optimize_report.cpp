@@ -50,6 +50,7 @@ json options_json(const OptimizeJob& job) {
             {"surface", job.surface.empty() ? json(nullptr) : json(job.surface.string())},
             {"feature_angle_deg", job.improve.features.feature_angle_deg},
             {"max_deviation_rel", o.max_deviation_rel},
+            {"starts", o.starts},
             {"device", job.improve.compute.device},
             {"precision", compute::name_of(job.improve.compute.precision)},
             {"min_sj", job.improve.target_min_sj ? json(*job.improve.target_min_sj) : json(nullptr)},

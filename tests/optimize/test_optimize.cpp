@@ -38,13 +38,14 @@ void scramble_interior(HexMesh& mesh, std::uint64_t seed) {
     }
 }
 
-OptimizeStats run(HexMesh& mesh, BoundaryMode boundary, int threads = 2) {
+OptimizeStats run(HexMesh& mesh, BoundaryMode boundary, int threads = 2, int starts = 4) {
     Context context(threads);
     const Topology topology = compute_topology(mesh);
     auto surface = build_boundary_model(mesh, topology, {}, context);
     REQUIRE(surface);
     OptimizeOptions options;
     options.boundary = boundary;
+    options.starts = starts;
     auto stats = optimize(mesh, topology, &*surface, options, context);
     REQUIRE(stats);
     return *stats;
@@ -90,6 +91,19 @@ TEST_CASE("a sliding boundary stays on the cube, its edges and corners") {
                 CHECK(std::abs(mesh.positions[v][a] - lattice.positions[v][a]) < 1e-12);
 }
 
+TEST_CASE("more starts do more and end no worse") {
+    HexMesh wedge = make_grid(7);
+    scramble_interior(wedge, 2);
+    for (Point& p : wedge.positions) p.z *= 0.2 + 0.8 * p.x * (0.3 + p.y);
+    HexMesh again = wedge;
+    const OptimizeStats two = run(wedge, BoundaryMode::slide, 1, 2);
+    const OptimizeStats four = run(again, BoundaryMode::slide, 1, 4);
+    CHECK(two.bad32_after == 0);
+    CHECK(two.min_sj_after < 0.9);
+    CHECK(four.newton_steps > two.newton_steps);
+    CHECK(four.min_sj_after >= two.min_sj_after);
+}
+
 TEST_CASE("the result has the same bits for any number of threads") {
     HexMesh one = make_grid(10);
     scramble_interior(one, 9);
@@ -120,6 +134,11 @@ TEST_CASE("options outside their range are refused") {
     options.max_iterations = 0;
     CHECK(optimize(mesh, topology, nullptr, options, context).error().code == ErrorCode::usage);
     options.max_iterations = 10;
+    for (int starts : {0, 5}) {
+        options.starts = starts;
+        CHECK(optimize(mesh, topology, nullptr, options, context).error().code == ErrorCode::usage);
+    }
+    options.starts = 4;
     mesh.positions[13].x = std::numeric_limits<double>::quiet_NaN();
     CHECK(optimize(mesh, topology, nullptr, options, context).error().code == ErrorCode::bad_input);
 }

@@ -90,6 +90,14 @@ void add_method_options(CLI::App& command, Arguments& arguments) {
     command.add_option("--gradient", o.gradient, "With --method thesis: analytic (default) | differences")
         ->transform(choice(kGradients))
         ->type_name("KIND");
+    command
+        .add_option(
+            "--starts", o.starts,
+            "With --boundary slide and at most 20,000 cells: from how many states the worst cells are "
+            "raised, one after another; the best result is kept")
+        ->check(CLI::Range(1, 4))
+        ->type_name("COUNT")
+        ->capture_default_str();
 }
 
 void add_compute_options(CLI::App& command, Arguments& arguments) {

@@ -92,14 +92,18 @@ class MaxMin {
         for (Index i = 0; i < cell_id_.size(); ++i) place_[cell_id_[i]] = i;
     }
 
-    MaxMinResult run(double wanted, bool thorough) {
+    MaxMinResult run(double wanted, RaiseOrder order) {
         const double target = std::min(wanted, max_min::kPerfect);
         MaxMinResult result;
         result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
-        if (!thorough && engine_.takes_parts()) {
+        if (order != RaiseOrder::worst && engine_.takes_parts()) {
+            const double work = work_left_;
             const bool all = raise_parts(target, result);
             result.min_sj_after = summarise(measure_).min_sj;
-            if (!all) return result;
+            if (order == RaiseOrder::parts_first)
+                work_left_ = work;
+            else if (!all)
+                return result;
         }
         int tries_in_vain = 0;
         std::size_t strategy = 0;
@@ -226,9 +230,17 @@ class MaxMin {
         return all;
     }
 
+    std::vector<Index> find_low(const Problem& part, double level) const {
+        std::vector<Index> low;
+        for (Index c : part.cell_id())
+            if (is_below(measure_[place_[c]], level)) low.push_back(c);
+        return low;
+    }
+
     /// False: it stays below the level.
     bool raise_part(Problem part, double level, MaxMinResult& result) {
-        Local local(std::move(part), {});
+        std::vector<Index> opened = open_bands(movement_, find_low(part, level));
+        Local local(std::move(part), std::move(opened));
         double least = min_in(local.problem);
         if (least < 0) return false; // not for max-min to mend
         open(local);
@@ -315,8 +327,8 @@ class MaxMin {
 } // namespace
 
 MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
-                               double target, double work, bool thorough, Budget& budget) {
-    return MaxMin(movement, engine, positions, eps, work, budget).run(target, thorough);
+                               double target, double work, RaiseOrder order, Budget& budget) {
+    return MaxMin(movement, engine, positions, eps, work, budget).run(target, order);
 }
 
 } // namespace hexopt

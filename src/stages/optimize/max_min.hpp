@@ -60,13 +60,16 @@ std::vector<std::uint8_t> movable_neighbourhood(const HexMesh& mesh, const Topol
 /// movement.band. Returns the vertices whose band was opened.
 std::vector<Index> open_bands(const Movement& movement, std::span<const Index> cells);
 
+/// worst: all for the worst cells of the mesh. parts: places that share no cells rise one by one, and what
+/// cannot rise in one of them does not stop the others; where all have risen, the worst go on. parts_first:
+/// the same, and the worst go on in any case, with as much work again.
+enum class RaiseOrder { worst, parts, parts_first };
+
 /// Raises the least scaled Jacobian: Newton on the neighbourhoods of the worst cells, shape energy plus a
 /// penalty on every corner below a threshold that rises with the minimum. positions are changed only where
 /// the minimum rises and no tetrahedron turns bad. eps: regularisation of the shape energy; target: stop once
-/// the minimum reaches it; work: cells times Newton steps that may be spent. thorough: all for the worst
-/// cells of the mesh; else places that share no cells rise one by one, and what cannot rise in one of them
-/// does not stop the others.
+/// the minimum reaches it; work: cells times Newton steps that may be spent.
 MaxMinResult raise_worst_cells(Movement& movement, Engine& engine, std::vector<Point>& positions, double eps,
-                               double target, double work, bool thorough, Budget& budget);
+                               double target, double work, RaiseOrder order, Budget& budget);
 
 } // namespace hexopt

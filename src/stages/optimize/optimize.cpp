@@ -81,6 +81,7 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
         return usage("the maximum deviation must lie in 0..0.1 of the diagonal");
     if (!(o.min_sj >= -1 && o.min_sj <= 1)) return usage("the target scaled Jacobian must lie in -1..1");
     if (!(o.time_limit_s > 0)) return usage("the time limit must be positive");
+    if (o.starts < 1 || o.starts > 4) return usage("the number of starts must be in 1..4");
     if (o.max_iterations < 1) return usage("the number of iterations must be at least 1");
     if (const Status status = check_combination(o); !status) return status.error();
     if (!o.target_lengths.empty() && o.target_lengths.size() != mesh.cell_count())

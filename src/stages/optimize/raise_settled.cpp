@@ -88,8 +88,8 @@ Result<OptimizeStats> raise_settled(HexMesh& mesh, const Topology& topology, con
     std::vector<Point> positions = mesh.positions;
     HostEngine host(budget);
     const auto raise = [&](double to, double with) {
-        const MaxMinResult result =
-            raise_worst_cells(movement, host, positions, kValidEps, to, with, !quick, budget);
+        const MaxMinResult result = raise_worst_cells(movement, host, positions, kValidEps, to, with,
+                                                      quick ? RaiseOrder::parts : RaiseOrder::worst, budget);
         stats.newton_steps += result.newton_steps;
         stats.cg_iterations += result.cg_iterations;
     };

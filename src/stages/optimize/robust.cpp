@@ -39,9 +39,9 @@ constexpr double kSizeWeight = 1, kTangledSizeWeight = 3;
 constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 
 /// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
-/// starts; up to how many cells there are two starts.
+/// starts; up to how many cells there is more than one.
 constexpr double kSlidingWorkAtLeast = 6e6;
-constexpr std::size_t kTwoStartsUpTo = 20000;
+constexpr std::size_t kMoreStartsUpTo = 20000;
 
 class RobustRun {
   public:
@@ -61,46 +61,67 @@ class RobustRun {
         movement_.inverse_stretch = inverse_stretch_;
         if (surface_ && options_.effort == Effort::quick) {
             slide_where_needed();
+            context.report("max-min", 0.5);
             raise_sliding();
             return;
         }
         context.report("untangle", 0.02);
         untangle_interior();
         keep_if_better_();
-        if (surface_) return slide_from_two_starts();
+        if (surface_) return slide_from_starts();
         context.report("max-min", 0.6);
         raise_worst();
     }
 
   private:
-    /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, and the one
-    /// that max-min reaches with the boundary fixed, which also is a result to beat. The best of all is kept.
-    void slide_from_two_starts() {
+    /// Where max-min begins.
+    struct Start {
+        std::vector<Point> positions;
+        SurfaceLimits limits;
+        std::vector<std::uint8_t> movable;
+    };
+
+    /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, slid, or the
+    /// one that max-min reaches with the boundary fixed, which also is a result to beat; and on whether the
+    /// worst cells are raised together or place by place. None of the four is best on all meshes; the best is
+    /// kept.
+    void slide_from_starts() {
         if (budget_.exhausted()) return;
         const std::vector<Point> smooth = positions_;
         raise_worst();
-        const std::vector<Point> raised = std::exchange(positions_, smooth);
+        Start raised{std::exchange(positions_, smooth), {}, {}};
         budget_.context().report("slide", 0.3);
         set_up_sliding();
-        const SurfaceLimits limits = limits_;
-        const std::vector<std::uint8_t> movable = movement_.movable;
+        raised.limits = limits_;
+        raised.movable = movement_.movable;
         slide(movement_.movable);
         keep_if_better_();
-        raise_sliding();
-        if (!has_two_starts() || budget_.exhausted()) return;
-        budget_.context().report("second start", 0.7);
-        positions_ = raised;
-        limits_ = limits;
-        movement_.movable = movable;
-        movement_.band = 0;
-        raise_sliding();
+        const int starts = count_starts();
+        if (starts == 1) return raise_sliding();
+        const Start slid{positions_, limits_, movement_.movable};
+        for (int i = 0; i < starts && !budget_.exhausted(); ++i) {
+            budget_.context().report("max-min", 0.4 + 0.6 * i / starts,
+                                     fmt::format("{} of {}", i + 1, starts));
+            order_ = i < 2 ? RaiseOrder::worst : RaiseOrder::parts_first;
+            begin_at(i % 2 == 0 ? slid : raised);
+            raise_sliding();
+        }
     }
 
-    bool has_two_starts() const { return options_.max_min && mesh_.cell_count() <= kTwoStartsUpTo; }
+    void begin_at(const Start& start) {
+        positions_ = start.positions;
+        limits_ = start.limits;
+        movement_.movable = start.movable;
+        movement_.band = 0;
+    }
+
+    int count_starts() const {
+        if (!options_.max_min || mesh_.cell_count() > kMoreStartsUpTo) return 1;
+        return std::min(options_.starts, engine_.takes_parts() ? 4 : 2);
+    }
 
     /// Max-min on the surface, then in the band.
     void raise_sliding() {
-        budget_.context().report("max-min", 0.5);
         raise_worst();
         if (!(options_.max_deviation_rel > 0) || budget_.exhausted()) return;
         let_corners_move();
@@ -113,11 +134,11 @@ class RobustRun {
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
         const double at_least = quick               ? kQuickWorkAtLeast
-                                : movement_.surface ? kSlidingWorkAtLeast / (has_two_starts() ? 2 : 1)
+                                : movement_.surface ? kSlidingWorkAtLeast / (count_starts() > 1 ? 2 : 1)
                                                     : max_min::kWorkAtLeast;
         const double work = engine_.speed() * (at_least + per_cell * static_cast<double>(mesh_.cell_count()));
-        const MaxMinResult result =
-            raise_worst_cells(movement_, engine_, positions_, eps_, options_.min_sj, work, !quick, budget_);
+        const MaxMinResult result = raise_worst_cells(movement_, engine_, positions_, eps_, options_.min_sj,
+                                                      work, quick ? RaiseOrder::parts : order_, budget_);
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         keep_if_better_();
@@ -325,6 +346,7 @@ class RobustRun {
     std::optional<DeviationGuard> guard_;
     double band_ = 0;
     double eps_ = 1e-12;
+    RaiseOrder order_ = RaiseOrder::worst; ///< of a thorough run
 };
 
 } // namespace
