@@ -15,7 +15,10 @@ constexpr double kFewFinished = 0.8,
                  kManyFinished = 1.35; ///< of it, expected once the octree has been fitted
 constexpr double kMost = 1.4;          ///< of what is wanted, with repairs
 constexpr int kTrials = 5;             ///< of sizes, for one promise of what leaves come to
-constexpr int kMostFitted = 2;         ///< octrees of about the size wanted
+/// With fewer cells what steep chords and narrow places take cannot be told beforehand: chords are always
+/// followed then, narrow places never refined.
+constexpr double kLeastForeseen = 20000;
+constexpr int kMostFitted = 2; ///< octrees of about the size wanted
 /// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
 /// more than on the size.
 constexpr double kProbeShare = 0.12, kLeastProbe = 1500, kMostProbe = 10e3;
@@ -62,6 +65,10 @@ class CountSearch {
           wanted_(wanted_cells(options.refine)) {}
 
     Result<CountedOctree> run(StageClock& clock) {
+        if (wanted_ < kLeastForeseen) {
+            asked_for_steep_ = steep_ = true;
+            trials_.require_steep();
+        }
         if (Status ok = clock.run("count", [&] { return probe(); }); !ok) return ok.error();
         for (int round = 1;; ++round) {
             auto refined = clock.run("refine", [&] { return refine_near(kAim * wanted_ / growth_); });
@@ -146,7 +153,9 @@ class CountSearch {
         return static_cast<double>(report.kept_cells) + layers_ * static_cast<double>(report.surface_quads);
     }
 
-    int narrow_levels() const { return options_.refine.gap_levels > 0 ? kNarrowLevels : 0; }
+    int narrow_levels() const {
+        return options_.refine.gap_levels > 0 && wanted_ >= kLeastForeseen ? kNarrowLevels : 0;
+    }
 
     /// share: of such cells that counts.
     double growth_by(std::size_t refine_cells, std::size_t cells, double share) const {

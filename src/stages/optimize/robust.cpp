@@ -97,7 +97,10 @@ class RobustRun {
         slide(movement_.movable);
         keep_if_better_();
         const int starts = count_starts();
-        if (starts == 1) return raise_sliding();
+        if (starts == 1) {
+            budget_.context().report("max-min", 0.5);
+            return raise_sliding();
+        }
         const Start slid{positions_, limits_, movement_.movable};
         for (int i = 0; i < starts && !budget_.exhausted(); ++i) {
             budget_.context().report("max-min", 0.4 + 0.6 * i / starts,
