@@ -133,8 +133,8 @@ FN LocalCorner local_corner(HexEdges h, EdgeShares s, uint t, LocalTet tet) {
     real inverse = divide(real(1), sqrt(la) * sqrt(lb) * sqrt(lc));
     LocalCorner corner;
     corner.sj = tet.jacobian * inverse;
-    corner.q = tet.g * inverse -
-               (h.e[a] * divide(s.c[a], la) + h.e[b] * divide(s.c[b], lb) + h.e[c] * divide(s.c[c], lc)) * corner.sj;
+    rvec3 along = h.e[a] * divide(s.c[a], la) + h.e[b] * divide(s.c[b], lb) + h.e[c] * divide(s.c[c], lc);
+    corner.q = tet.g * inverse - along * corner.sj;
     return corner;
 }
 

@@ -207,7 +207,7 @@ FN Limit range_limit(rvec3 offset, real range, real weight) {
     real s = divide(size - slack, width);
     rvec3 u = offset * divide(real(1), size);
     l.energy = weight * s * s;
-    l.gradient = u * (divide(weight * real(2) * s, width));
+    l.gradient = u * divide(weight * real(2) * s, width);
     l.hessian = outer(u, divide(weight * real(2), width * width));
     return l;
 }

@@ -20,7 +20,7 @@ constexpr double kManyFailed = 3e-3, kWorthwhile = 0.8;
 constexpr double kRepairTimeShare = 0.5;
 /// So few cells may fail, besides a share of all, that letting them off the surface is tried before cells are
 /// refined; it is good where nothing has to go farther than kNear_rel of the diagonal and no cell ends below
-/// a scaled Jacobian of kLowSj.
+/// a scaled Jacobian of kLowScaledJacobian.
 constexpr double kFewFailed = 20, kFewFailedShare = 3e-3, kNear_rel = 3e-4;
 
 class Attempts {
@@ -147,7 +147,7 @@ class Attempts {
                        attempt.trial->positions = std::move(trial.positions);
                        attempt.trial->raised = *raised;
                    }
-                   return raised && raised->min_sj_after >= kLowSj;
+                   return raised && raised->min_sj_after >= kLowScaledJacobian;
                });
     }
 

@@ -128,7 +128,9 @@ std::size_t grade_cells(MeshAttempt& attempt, const Parallel& parallel) {
     std::vector<std::uint8_t> state(mesh.cell_count(), fine);
     parallel.for_each(mesh.cell_count(), kCellChunk, [&](std::size_t c) {
         const CellValidity validity = compute_cell_validity(cell_points(mesh, c));
-        state[c] = !validity.is_usable() ? failed : validity.scaled_jacobian < kLowSj ? low : fine;
+        state[c] = !validity.is_usable()                           ? failed
+                   : validity.scaled_jacobian < kLowScaledJacobian ? low
+                                                                   : fine;
     });
     for (Index face : find_boundary_contacts(mesh, attempt.topology, parallel))
         state[attempt.topology.boundary_faces[face].cell] = failed;

@@ -9,14 +9,12 @@
 #include "pipeline/octree_store.hpp"
 #include "pipeline/settle_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
+#include "stages/optimize/mesh_measure.hpp"
 
 #include <optional>
 #include <vector>
 
 namespace hexopt {
-
-/// Scaled Jacobian below which a cell that is valid is a reason to mesh anew.
-inline constexpr double kLowSj = 0.2;
 
 /// One way through the stages from an octree to a mesh on the surface.
 struct MeshAttempt {
@@ -30,7 +28,7 @@ struct MeshAttempt {
     /// Cells that are not certified valid, concave, or have a face where the boundary touches or crosses
     /// itself; ascending.
     std::vector<Index> failed;
-    std::vector<Index> low;           ///< others whose scaled Jacobian is below kLowSj; ascending
+    std::vector<Index> low;           ///< others below kLowScaledJacobian, a reason to mesh anew; ascending
     std::optional<SettleTrial> trial; ///< where settling it was tried; only saves time
     std::vector<Index> dropped;       ///< curves of the whole domain that this attempt's has not; rising
 };

@@ -363,8 +363,7 @@ std::vector<MeshKey> surface_keys() {
                {0, 180}, HEXOPT_FIELD(options.noise_angle_deg)),
         number("features.narrow", "--narrow-features",
                "Of features that meet at next to no angle the blunter one is given up where they are nearer "
-               "than "
-               "this many cells, both where they bound a ledge of half of that; 0: none",
+               "than this many cells, both where they bound a ledge of half of that; 0: none",
                {0, 1}, HEXOPT_FIELD(options.narrow_cells)),
         feature_files_key(),
         number("features.reach", "--features-reach",
@@ -402,7 +401,9 @@ std::vector<MeshKey> refine_keys() {
                "The same while the chord leaves the surface by more, as a fraction of the diagonal; 0: never",
                {0, 1}, HEXOPT_FIELD(options.refine.chord_error_rel)),
         number("refine.curvature_levels", "--curvature-levels",
-               "Levels that splitting for these two may add; one more where the chord is twice as far off",
+               "Levels that splitting for these two may add; one more where the chord is twice as far off, "
+               "unless with "
+               "--cells that would take most of them",
                {0, 20}, HEXOPT_FIELD(options.refine.curvature_levels)),
         number("refine.gap_cells", "--gap-cells", "Least number of cells across gaps; 0: any", {0, 100},
                HEXOPT_FIELD(options.refine.gap_cells)),
@@ -413,8 +414,10 @@ std::vector<MeshKey> refine_keys() {
                "Least number of cells along a feature, between features and across a patch; 0: any", {0, 100},
                HEXOPT_FIELD(options.refine.feature_cells)),
         number("refine.gap_levels", "--gap-levels",
-               "Levels that splitting for gaps, walls and features may add", {0, 20},
-               HEXOPT_FIELD(options.refine.gap_levels)),
+               "Levels that splitting for gaps, walls and features may add; with 20,000 cells or more wanted "
+               "up to 4 "
+               "others where the surface would be left bare (0: none)",
+               {0, 20}, HEXOPT_FIELD(options.refine.gap_levels)),
         number("refine.max_level", "--max-level", "Most halvings of the initial mesh; 0: no limit", {0, 30},
                HEXOPT_FIELD(options.refine.max_level)),
         number("refine.rings", "--rings", "Cells of one level between the next finer and the next coarser",

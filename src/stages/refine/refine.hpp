@@ -105,7 +105,8 @@ struct RefineOptions {
     /// Least number of cells between curves that share no corner, along a curve and across a patch, 0..100;
     /// 0: not looked at. A closed curve gets three times as many.
     double feature_cells = 3;
-    int gap_levels = 2; ///< how many levels gaps, walls and features may add to the patch's size, 0..20
+    /// How many levels gaps, walls and features may add to the patch's size, 0..20.
+    int gap_levels = 2;
 
     int max_level = 0;                  ///< halvings of the initial mesh; 0: as many as its numbering has
     std::size_t max_cells = 20'000'000; ///< leaves, also those outside of the domain
