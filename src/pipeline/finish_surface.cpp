@@ -16,6 +16,8 @@ namespace {
 Status follow(MeshAttempt& settled, const BoundaryModel& model, const MeshOptions& options, StageClock& clock,
               Context& context) {
     FollowOptions following;
+    following.distance_rel = following.search_rel = options.refine.chord_error_rel;
+    following.edge_rel = 0.5 * options.refine.chord_error_rel;
     following.min_sj = std::min(following.min_sj, options.optimize.min_sj);
     HexMesh& mesh = settled.fitted.mesh;
     const std::vector<Point> before = mesh.positions;

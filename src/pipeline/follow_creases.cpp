@@ -23,6 +23,8 @@ constexpr double kReach = 1.1;
 constexpr double kLeastEdge = 0.4;
 /// What a move must leave of the sum of the distances' squares, at most.
 constexpr double kGain = 0.97;
+/// How low cells may become at first, scaled Jacobian: what can be had at that price is not bought dearer.
+constexpr std::array<double, 2> kFirstFloors = {0.6, 0.4};
 /// Ways that are tried in all directions, in lengths of the vertex's shortest boundary edge.
 constexpr std::array<double, 3> kSteps = {0.25, 0.12, 0.06};
 /// What they must leave of the sum of high powers, at most.
@@ -35,7 +37,8 @@ class CreaseFollower {
     CreaseFollower(HexMesh& mesh, const Topology& topology, const BoundaryModel& model,
                    const FollowOptions& options, Context& context)
         : mesh_(mesh), topology_(topology), model_(model), options_(options), context_(context),
-          limit_(options.distance_rel * model.diagonal()),
+          limit_(options.distance_rel * model.diagonal()), edge_limit_(options.edge_rel * model.diagonal()),
+          floor_(options.min_sj),
           creases_(find_patch_creases(model, kLeastTurn_deg * std::numbers::pi / 180, 0)) {
         collect_surface();
     }
@@ -43,21 +46,33 @@ class CreaseFollower {
     Result<FollowReport> run() {
         FollowReport report;
         measure(report.far_before, report.largest_before_rel);
-        Status done = sweep(options_.rounds, report.moved, [&](Index v) { return improve(v); });
-        if (done && options_.search_rel > 0) {
-            limit_ = options_.search_rel * model_.diagonal();
-            std::fill(is_done_.begin(), is_done_.end(), 0);
-            tries_left_ =
-                static_cast<std::size_t>(options_.search_share * static_cast<double>(mesh_.cell_count()));
-            done = sweep(options_.search_rounds, report.moved, [&](Index v) { return search(v); });
-            limit_ = options_.distance_rel * model_.diagonal();
-        }
+        Status done = Done{};
+        for (double floor : kFirstFloors)
+            if (done && floor > options_.min_sj) done = follow(floor, report.moved);
+        if (done) done = follow(options_.min_sj, report.moved);
+        if (done && options_.search_rel > 0) done = search_farthest(report.moved);
         if (!done) return done.error();
         measure(report.far_after, report.largest_after_rel);
         return report;
     }
 
   private:
+    Status follow(double floor, std::size_t& moved) {
+        floor_ = floor;
+        std::fill(is_done_.begin(), is_done_.end(), 0);
+        return sweep(options_.rounds, moved, [&](Index v) { return improve(v); });
+    }
+
+    Status search_farthest(std::size_t& moved) {
+        limit_ = edge_limit_ = options_.search_rel * model_.diagonal();
+        std::fill(is_done_.begin(), is_done_.end(), 0);
+        tries_left_ =
+            static_cast<std::size_t>(options_.search_share * static_cast<double>(mesh_.cell_count()));
+        const Status done = sweep(options_.search_rounds, moved, [&](Index v) { return search(v); });
+        limit_ = options_.distance_rel * model_.diagonal();
+        return done;
+    }
+
     /// Rounds over the vertices of far quads and edges round which something has changed.
     template <class Move>
     Status sweep(int rounds, std::size_t& moved, const Move& move) {
@@ -168,17 +183,17 @@ class CreaseFollower {
     /// Each once, those of the farthest first.
     std::vector<Index> vertices_near_far_quads() {
         std::vector<Index> vertices;
-        const auto add = [&](Index v, double distance) {
-            if (!(distance > limit_)) return;
+        const auto add = [&](Index v, double distance, double limit) {
+            if (!(distance > limit)) return;
             if (far_[v] == 0) vertices.push_back(v);
             far_[v] = std::max(far_[v], distance);
         };
         for (std::size_t q = 0; q < quads_.size(); ++q)
-            for (Index v : quads_[q]) add(v, distance_[q]);
+            for (Index v : quads_[q]) add(v, distance_[q], limit_);
         for (const auto& [a, b] : model_.feature_edges()) {
             const double distance = edge_distance(a, b);
-            add(a, distance);
-            add(b, distance);
+            add(a, distance, edge_limit_);
+            add(b, distance, edge_limit_);
         }
         std::sort(vertices.begin(), vertices.end(),
                   [&](Index a, Index b) { return far_[a] != far_[b] ? far_[a] > far_[b] : a < b; });
@@ -378,8 +393,7 @@ class CreaseFollower {
     bool keeps_cells(const CellsRound& round) const {
         for (std::size_t k = 0; k < round.cell.size(); ++k) {
             const CellValidity now = compute_cell_validity(cell_points(mesh_, round.cell[k]));
-            if (!now.is_usable() ||
-                now.scaled_jacobian < std::min(round.before[k].scaled_jacobian, options_.min_sj))
+            if (!now.is_usable() || now.scaled_jacobian < std::min(round.before[k].scaled_jacobian, floor_))
                 return false;
         }
         return true;
@@ -395,7 +409,8 @@ class CreaseFollower {
     const BoundaryModel& model_;
     const FollowOptions& options_;
     Context& context_;
-    double limit_; ///< model units
+    double limit_, edge_limit_; ///< of quads and of edges on curves, model units
+    double floor_;              ///< scaled Jacobian that cells may become as bad as
     PatchCreases creases_;
     std::vector<Quad> quads_;               ///< of the boundary
     Csr<Index> vertex_quad_;                ///< per vertex of the mesh

@@ -8,7 +8,8 @@
 namespace hexopt {
 
 struct FollowOptions {
-    double distance_rel = 1e-4; ///< quads nearer to the surface are left alone; fraction of its diagonal, > 0
+    double distance_rel = 2e-4; ///< quads nearer to the surface are left alone; fraction of its diagonal, > 0
+    double edge_rel = 1e-4;     ///< the same for edges on curves, nearer to their curve
     double min_sj = 0.25;       ///< cells may become worse than they are down to this, -1..1
     int rounds = 3;             ///< over all vertices, at least 1
     /// Vertices of quads and edges that stay farther are moved step by step in all directions, so that the
@@ -30,8 +31,9 @@ struct FollowReport {
 /// Moves boundary vertices within what they are bound to onto the creases inside patches and the bends of
 /// curves beside them, where their quads and edges then lie nearer to the surface: coarse tessellations have
 /// edges that quads would cut across. Cells stay usable and do not become worse than they were and than
-/// min_sj. `model` holds the bindings of the mesh. Hanging vertices follow
-/// those that they hang on; vertices off what they are bound to stay. Errors: cancelled (the mesh is sound).
+/// min_sj; what can be had with cells that stay better than that is done first. `model` holds the bindings of
+/// the mesh. Hanging vertices follow those that they hang on; vertices off what they are bound to stay.
+/// Errors: cancelled (the mesh is sound).
 Result<FollowReport> follow_creases(HexMesh& mesh, const Topology& topology, const BoundaryModel& model,
                                     const FollowOptions& options, Context& context);
 

@@ -155,7 +155,7 @@ TEST_CASE("a search brings the farthest quads nearer where creases give no place
     const auto follow = [](double search_rel, double share) {
         Roofed roofed;
         FollowOptions options;
-        options.distance_rel = 0.1; // creases are left alone
+        options.distance_rel = options.edge_rel = 0.1; // creases are left alone
         options.search_rel = search_rel;
         options.search_share = share;
         const auto report =
@@ -177,7 +177,7 @@ TEST_CASE("a search brings the farthest quads nearer where creases give no place
 TEST_CASE("vertices off the surface stay, and near quads are left alone") {
     Roofed roofed;
     FollowOptions options;
-    options.distance_rel = options.search_rel = 0.1;
+    options.distance_rel = options.edge_rel = options.search_rel = 0.1;
     const auto near = follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context);
     REQUIRE(near);
     CHECK(near->moved == 0);
