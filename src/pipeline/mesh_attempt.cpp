@@ -4,6 +4,7 @@
 #include "mesh/validate_structure.hpp"
 #include "pipeline/carry_positions.hpp"
 #include "pipeline/mesh_progress.hpp"
+#include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "quality/cell_quality.hpp"
 #include "stages/optimize/contact_guard.hpp"
@@ -71,10 +72,11 @@ Status fit_domain(OctreeStore& octree, const Domain& whole, const Domain& domain
         }
         std::vector<Index> again;
         for (Index cell : fitted->refine_cells) again.push_back(trimmed->kept_cell[cell]);
-        std::sort(again.begin(), again.end());
         if (counts.fit_repairs == options.fit_repairs || again.empty()) return Done{};
         ++counts.fit_repairs;
-        if (refine_cells(refined, again, context).requested == 0) return Done{};
+        // The surface also passes through cells that trimming removed, and fronts between levels are to lie
+        // beside the features: their edges may not end at hanging vertices.
+        if (refine_cells(refined, add_ring(refined.octree, again), context).requested == 0) return Done{};
     }
 }
 

@@ -34,4 +34,24 @@ std::vector<Index> find_cells_round(const HexMesh& octree, const HexMesh& mesh, 
     return found;
 }
 
+void mark_vertices(const HexMesh& octree, Index cell, std::vector<int>& level) {
+    for (Index v : octree.cells[cell]) level[v] = std::max<int>(level[v], octree.level[cell]);
+}
+
+std::vector<Index> find_marked(const HexMesh& octree, const std::vector<int>& level) {
+    std::vector<Index> cells;
+    for (Index c = 0; c < octree.cell_count(); ++c) {
+        const Cell& cell = octree.cells[c];
+        if (std::any_of(cell.begin(), cell.end(), [&](Index v) { return level[v] >= octree.level[c]; }))
+            cells.push_back(c);
+    }
+    return cells;
+}
+
+std::vector<Index> add_ring(const HexMesh& octree, std::span<const Index> cells) {
+    std::vector<int> level(octree.vertex_count(), -1);
+    for (Index c : cells) mark_vertices(octree, c, level);
+    return find_marked(octree, level);
+}
+
 } // namespace hexopt

@@ -1,5 +1,7 @@
 #include "pipeline/trim_rounds.hpp"
 
+#include "pipeline/repair_cells.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -82,21 +84,6 @@ class NarrowPlaces {
     double first_cells_;
 };
 
-/// Cells at vertices that are marked by a level, no finer than that, rising.
-std::vector<Index> find_marked(const HexMesh& octree, const std::vector<int>& level) {
-    std::vector<Index> cells;
-    for (Index c = 0; c < octree.cell_count(); ++c) {
-        const Cell& cell = octree.cells[c];
-        if (std::any_of(cell.begin(), cell.end(), [&](Index v) { return level[v] >= octree.level[c]; }))
-            cells.push_back(c);
-    }
-    return cells;
-}
-
-void mark(const HexMesh& octree, Index cell, std::vector<int>& level) {
-    for (Index v : octree.cells[cell]) level[v] = std::max<int>(level[v], octree.level[cell]);
-}
-
 /// Levels of the vertices round narrow places, for as many rings of cells as there is room for: fronts
 /// between levels are better off outside.
 std::vector<int> mark_narrow(const HexMesh& octree, const std::vector<BareSpot>& spots,
@@ -104,12 +91,12 @@ std::vector<int> mark_narrow(const HexMesh& octree, const std::vector<BareSpot>&
     constexpr int kMostRings = 3;
     const std::vector<int> none(octree.vertex_count(), -1);
     std::vector<int> level = none, with_room = none;
-    for (const BareSpot* spot : narrow.choose(spots)) mark(octree, spot->cell, level);
+    for (const BareSpot* spot : narrow.choose(spots)) mark_vertices(octree, spot->cell, level);
     for (int ring = 1; ring <= kMostRings; ++ring) {
         const std::vector<Index> cells = find_marked(octree, level);
         if (cells.empty() || !narrow.may_halve(cells.size())) break;
         with_room = level;
-        for (Index c : cells) mark(octree, c, level);
+        for (Index c : cells) mark_vertices(octree, c, level);
     }
     return with_room;
 }
@@ -121,7 +108,7 @@ std::vector<Index> choose_bare_cells(const RefineOutput& refined, const std::vec
     for (const BareSpot& spot : spots) {
         const double finest = refined.finest_size[spot.patch];
         if (spot.cell_size >= 2 * finest * (1 - 1e-6) && spot.thickness >= kLeastCells * finest)
-            mark(refined.octree, spot.cell, level);
+            mark_vertices(refined.octree, spot.cell, level);
     }
     return find_marked(refined.octree, level);
 }

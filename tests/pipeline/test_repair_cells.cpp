@@ -38,3 +38,18 @@ TEST_CASE("a cell across several finds each, one outside none") {
     std::iota(all.begin(), all.end(), 0);
     CHECK(find_cells_round(octree, shifted(octree, 0.98, Point(0.05)), all, 0) == all);
 }
+
+TEST_CASE("a ring takes the cells along that are no smaller") {
+    HexMesh octree = grid(9);
+    const auto at = [](Index x, Index y, Index z) { return x + 9 * (y + 9 * z); };
+    octree.level.assign(octree.cell_count(), 0);
+    CHECK(add_ring(octree, std::vector<Index>{at(4, 4, 4)}).size() == 27);
+    CHECK(add_ring(octree, {}).empty());
+    for (Index c = 0; c < octree.cell_count(); ++c) octree.level[c] = c % 9 < 4; // as if smaller
+    CHECK(add_ring(octree, std::vector<Index>{at(4, 4, 4)}).size() == 18);
+    CHECK(add_ring(octree, std::vector<Index>{at(3, 4, 4)}).size() == 27);
+    const std::vector<Index> both = add_ring(octree, std::vector<Index>{at(8, 8, 8), at(7, 8, 8)});
+    CHECK(both == std::vector<Index>{at(6, 7, 7), at(7, 7, 7), at(8, 7, 7), at(6, 8, 7), at(7, 8, 7),
+                                     at(8, 8, 7), at(6, 7, 8), at(7, 7, 8), at(8, 7, 8), at(6, 8, 8),
+                                     at(7, 8, 8), at(8, 8, 8)});
+}
