@@ -72,13 +72,13 @@ void archive(A& a, RefineHistory& value) {
 template <class A>
 void archive(A& a, TrimReport& value) {
     auto& [octree_cells, kept_cells, cut_cells, uncertain_cells, gap_removed, manifold_removed, tips_removed,
-           pits_filled, partial_filled, partial_removed, parts, parts_dropped, part_cells_dropped,
+           pits_filled, partial_filled, partial_removed, wall_cells, parts, parts_dropped, part_cells_dropped,
            kept_volume, enclosed_volume, surface_area, bare_area, first_bare, half_faces, half_edges,
            surface_quads, open_edges, nonmanifold_edges, nonmanifold_vertices] = value;
     a(octree_cells, kept_cells, cut_cells, uncertain_cells, gap_removed, manifold_removed, tips_removed,
-      pits_filled, partial_filled, partial_removed, parts, parts_dropped, part_cells_dropped, kept_volume,
-      enclosed_volume, surface_area, bare_area, first_bare, half_faces, half_edges, surface_quads, open_edges,
-      nonmanifold_edges, nonmanifold_vertices);
+      pits_filled, partial_filled, partial_removed, wall_cells, parts, parts_dropped, part_cells_dropped,
+      kept_volume, enclosed_volume, surface_area, bare_area, first_bare, half_faces, half_edges,
+      surface_quads, open_edges, nonmanifold_edges, nonmanifold_vertices);
 }
 
 template <class A>

@@ -447,6 +447,11 @@ std::vector<MeshKey> stage_keys() {
                HEXOPT_FIELD(options.trim.rule)),
         number("trim.depth", "--trim-depth", "How far inside a kept cell's centre is, in cell sizes",
                {0, 0.5}, HEXOPT_FIELD(options.trim.depth_h)),
+        number(
+            "trim.thinnest_wall", "--thinnest-wall",
+            "Thickness in cell sizes down to which walls that the cells' centres would miss get a layer of "
+            "cells; 0: none",
+            {0, 1}, HEXOPT_FIELD(options.trim.thinnest_wall_h)),
         seeds_key(),
         number("trim.part_fraction", "--part-fraction",
                "Without seeds: separate parts below this fraction of the largest one's volume are dropped",

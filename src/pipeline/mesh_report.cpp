@@ -89,6 +89,7 @@ json trim_json(const TrimReport& r, int rounds) {
             {"gap_removed", r.gap_removed},
             {"manifold_removed", r.manifold_removed},
             {"tips_removed", r.tips_removed},
+            {"wall_cells", r.wall_cells},
             {"pits_filled", r.pits_filled},
             {"partial_filled", r.partial_filled},
             {"partial_removed", r.partial_removed},

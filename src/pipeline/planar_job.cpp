@@ -32,6 +32,7 @@ constexpr std::string_view kOnlyInSpace[] = {
     "refine.curves",
     "trim.rule",
     "trim.depth",
+    "trim.thinnest_wall",
     "fit.",
     "buffer.",
     "optimize.max_deviation",

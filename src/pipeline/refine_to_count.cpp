@@ -19,6 +19,7 @@ constexpr int kTrials = 5;             ///< of sizes, for one promise of what le
 /// followed then, narrow places never refined.
 constexpr double kLeastForeseen = 20000;
 constexpr int kMostFitted = 2; ///< octrees of about the size wanted
+constexpr double kLargelyBare = 0.1;
 /// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
 /// more than on the size.
 constexpr double kProbeShare = 0.12, kLeastProbe = 1500, kMostProbe = 10e3;
@@ -101,7 +102,9 @@ class CountSearch {
                                      "expected of {:.0f} wanted",
                                      seen_.back().size, promise_(seen_.back()), found, finished, wanted_));
             counted.fitted = std::move(*fitted);
-            if (round == kMostFitted || (ratio > kFewFinished && ratio < kManyFinished)) {
+            const bool as_wanted = ratio > kFewFinished && ratio < kManyFinished;
+            if (round == kMostFitted || as_wanted ||
+                (ratio > 1 && is_largely_bare(counted.trimmed->report))) {
                 leave_room(counted.refined, found);
                 return counted;
             }
@@ -149,6 +152,11 @@ class CountSearch {
         return find(cells, kGoodRatio, kTrials);
     }
 
+    /// Larger cells would leave still more of the surface without any.
+    static bool is_largely_bare(const TrimReport& report) {
+        return report.bare_area > kLargelyBare * report.surface_area;
+    }
+
     double with_layers(const TrimReport& report) const {
         return static_cast<double>(report.kept_cells) + layers_ * static_cast<double>(report.surface_quads);
     }
@@ -171,7 +179,9 @@ class CountSearch {
         if (!trial) return trial.error();
         RefineOutput refined = trials_.finish(std::move(*trial));
         TrimRounds rounds;
-        auto trimmed = trim_in_rounds(refined, domain_, options_.trim, rounds, context_, leak_);
+        TrimOptions how = options_.trim;
+        how.thinnest_wall_h = 0; // there may be many at this size
+        auto trimmed = trim_in_rounds(refined, domain_, how, rounds, context_, leak_);
         if (!trimmed && trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
         // What is too thin for few cells need not be for many, and tells nothing of them.
         if (!trimmed || !check_coverage(*trimmed)) return Done{};

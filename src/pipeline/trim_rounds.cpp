@@ -10,10 +10,13 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 12, kWallRounds = 6;
 /// Cells are kept all over a wall of at least so many cells; a thinner one is worth a try.
 constexpr double kLeastCells = 0.8, kNeededCells = 1.5;
 constexpr double kLeastCovered = 0.7, kClearlyBare = 0.1;
+/// Cells across a narrow place; and thickness of walls for which cells are halved, over that of the thinnest
+/// that are kept.
+constexpr double kNarrowCells = 3, kAboveThinnest = 1.4;
 constexpr double kWorthTelling = 1e-3;
 /// Cells of a mesh with buffer layers per square of their size on the surface, roughly.
 constexpr double kCellsPerSquare = 4;
@@ -39,8 +42,8 @@ HexMesh take_cells(const HexMesh& mesh, const std::vector<Index>& cells) {
 /// Bare places where cells may be halved beyond what gaps get: more cells fit in there.
 class NarrowPlaces {
   public:
-    NarrowPlaces(const RefineOutput& refined, int levels)
-        : refined_(refined), finest_part_(std::ldexp(1, -levels)),
+    NarrowPlaces(const RefineOutput& refined, int levels, double cells_across)
+        : refined_(refined), cells_across_(cells_across), finest_part_(std::ldexp(1, -levels)),
           first_cells_(static_cast<double>(refined.octree.cell_count())) {}
 
     /// Those of a round that may, widest first. Where not all may have the cells that they need, places as
@@ -75,11 +78,12 @@ class NarrowPlaces {
     }
 
   private:
-    static double size_for(const BareSpot& spot) { return spot.thickness / kNarrowCells; }
+    double size_for(const BareSpot& spot) const { return spot.thickness / cells_across_; }
 
-    static constexpr double kNarrowCells = 3, kNarrowShare = 0.1, kMostNarrowGrowth = 1.3, kAsWide = 1.5;
+    static constexpr double kNarrowShare = 0.1, kMostNarrowGrowth = 1.3, kAsWide = 1.5;
 
     const RefineOutput& refined_;
+    double cells_across_;
     double finest_part_; ///< of the size of the smallest cells in gaps
     double first_cells_;
 };
@@ -118,6 +122,12 @@ bool refine_more(RefineOutput& refined, const std::vector<Index>& cells, Context
     return !cells.empty() && refine_cells(refined, cells, context).requested > 0;
 }
 
+/// Of little bare surface, mostly ragged ends of what is thicker, cells can make no sound layers.
+bool is_worth_walls(const TrimReport& report) {
+    constexpr double kLeastBare = 2e-3;
+    return report.bare_area > kLeastBare * report.surface_area;
+}
+
 /// Thickness that only a tenth of the bare surface is below.
 double thickness_of(std::vector<BareSpot> spots) {
     std::sort(spots.begin(), spots.end(),
@@ -129,14 +139,59 @@ double thickness_of(std::vector<BareSpot> spots) {
     return 0;
 }
 
+/// What is done where the surface is bare, one after the other: room for three cells, then for cells that are
+/// kept by their centres, then layers of cells in walls.
+class CoverSteps {
+  public:
+    CoverSteps(const RefineOutput& refined, int narrow_levels, double thinnest_wall_h)
+        : refined_(refined), narrow_(refined, narrow_levels, kNarrowCells),
+          needed_(refined, narrow_levels, kNeededCells),
+          walls_(refined, narrow_levels, kAboveThinnest * thinnest_wall_h), with_walls_(thinnest_wall_h > 0) {
+    }
+
+    /// Cells to be halved, with those that trimming asks for; none where this step has come to its end.
+    std::vector<Index> choose(const TrimOutput& trimmed) {
+        std::vector<Index> cells;
+        if (step_ == Step::narrow) {
+            cells = choose_bare_cells(refined_, trimmed.bare_spots, narrow_);
+            if (cells.empty())
+                step_ = with_walls_ && is_worth_walls(trimmed.report) ? Step::needed : Step::end;
+        }
+        if (step_ == Step::needed) cells = choose_bare_cells(refined_, trimmed.bare_spots, needed_);
+        if (step_ == Step::walls) cells = choose_bare_cells(refined_, trimmed.bare_spots, walls_);
+        if (cells.empty()) return cells;
+        cells.insert(cells.end(), trimmed.refine_cells.begin(), trimmed.refine_cells.end());
+        std::sort(cells.begin(), cells.end());
+        cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+        return cells;
+    }
+
+    /// After a step at whose end nothing can be halved: whether layers of cells in walls are next.
+    bool begin_layers(const TrimReport& report) {
+        const bool begin =
+            with_walls_ && (step_ == Step::narrow || step_ == Step::needed) && is_worth_walls(report);
+        step_ = begin ? Step::walls : Step::end;
+        return begin;
+    }
+
+  private:
+    enum class Step { narrow, needed, walls, end };
+
+    const RefineOutput& refined_;
+    NarrowPlaces narrow_, needed_, walls_;
+    bool with_walls_;
+    Step step_ = Step::narrow;
+};
+
 } // namespace
 
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
                                   TrimRounds& rounds, Context& context, LeakPath* leak, int narrow_levels) {
-    const NarrowPlaces narrow(refined, narrow_levels);
-    bool may_cover = true;
+    const double thinnest_wall_h = std::exchange(options.thinnest_wall_h, 0);
+    CoverSteps steps(refined, narrow_levels, thinnest_wall_h);
+    int last_round = kMostRounds;
     for (int round = 1;; ++round) {
-        if (round == kMostRounds) options.partial = PartialFaces::remove;
+        if (round == last_round) options.partial = PartialFaces::remove;
         std::vector<Index> path;
         rounds.memory.set_keys(refined.leaf_node);
         auto trimmed = trim(refined.octree, domain, options, context, &path, &rounds.memory);
@@ -146,17 +201,16 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
             return trimmed;
         }
         context.report(
-            "trim", static_cast<double>(round) / kMostRounds,
+            "trim", static_cast<double>(round) / last_round,
             fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
         if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
-        if (may_cover && round < kMostRounds) {
-            std::vector<Index> cells = choose_bare_cells(refined, trimmed->bare_spots, narrow);
-            may_cover = !cells.empty();
-            cells.insert(cells.end(), trimmed->refine_cells.begin(), trimmed->refine_cells.end());
-            std::sort(cells.begin(), cells.end());
-            cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-            if (may_cover && refine_more(refined, cells, context)) continue;
-            may_cover = false;
+        if (round < last_round) {
+            if (refine_more(refined, steps.choose(*trimmed), context)) continue;
+            if (steps.begin_layers(trimmed->report)) {
+                options.thinnest_wall_h = thinnest_wall_h;
+                last_round = std::max(last_round, round + kWallRounds);
+                continue;
+            }
         }
         if (trimmed->refine_cells.empty()) return trimmed;
         if (!refine_more(refined, trimmed->refine_cells, context)) options.partial = PartialFaces::remove;

@@ -25,13 +25,15 @@ RefineOptions cells_of(double size, int gap_levels) {
     return options;
 }
 
-TrimOutput trim_all(const Domain& domain, const RefineOptions& options, int narrow_levels = 0) {
+TrimOutput trim_all(const Domain& domain, const RefineOptions& options, int narrow_levels = 0,
+                    double thinnest_wall_h = 0) {
     Context context(1);
     auto refined = refine(domain, options, context);
     if (!refined) FAIL(refined.error().one_line());
     TrimRounds rounds;
     TrimOptions how;
     how.part_fraction = 0; // parts of any size are wanted
+    how.thinnest_wall_h = thinnest_wall_h;
     auto trimmed = trim_in_rounds(*refined, domain, how, rounds, context, nullptr, narrow_levels);
     if (!trimmed) FAIL(trimmed.error().one_line());
     CHECK(rounds.count > 0);
@@ -57,6 +59,24 @@ TEST_CASE("a wall of half a cell is refined until cells follow it, and nothing e
         return level;
     };
     CHECK(deepest(fine.kept) == deepest(coarse.kept)); // the block keeps its size
+}
+
+TEST_CASE(
+    "a wall that may not be refined gets a layer of the cells that there are, or of as few levels as do") {
+    const Domain half = test::make_domain(block_and_plate(0.5)),
+                 tenth = test::make_domain(block_and_plate(0.1));
+    const TrimOutput coarse = trim_all(half, cells_of(1, 0)), layer = trim_all(half, cells_of(1, 0), 0, 0.25);
+    CHECK(coarse.report.bare_area > 0.3 * coarse.report.surface_area);
+    CHECK(layer.report.bare_area == 0);
+    CHECK(layer.report.wall_cells > 100);
+    CHECK(layer.report.octree_cells == coarse.report.octree_cells);
+    CHECK(layer.report.closed_manifold());
+    // Where it is refined as far as cells that are kept by their centres need, there is nothing left to do.
+    CHECK(trim_all(half, cells_of(1, 2), 0, 0.25).report.wall_cells == 0);
+
+    const TrimOutput too_thin = trim_all(tenth, cells_of(1, 0), 0, 0.25);
+    CHECK(too_thin.report.wall_cells == 0);
+    CHECK(too_thin.report.bare_area > 0.3 * too_thin.report.surface_area);
 }
 
 TEST_CASE("narrow parts get cells beyond the levels of gaps, as far as that does not take many") {

@@ -89,7 +89,7 @@ void KeptCells::choose(const TrimOptions& options) {
 }
 
 bool KeptCells::is_gap_between(Index a, Index b, const Quad& quad) const {
-    const Point from = cell_centre(mesh_, a), to = cell_centre(mesh_, b);
+    const Point from = point_inside(a), to = point_inside(b);
     const double contact = kContact_h * cell_size(mesh_, a);
     if (!queries_.leaves_inside(from, to, contact)) return false;
     // A notch that the straight line clips can be got round, a gap cannot.

@@ -3,6 +3,8 @@
 #include "stages/trim/cell_sides.hpp"
 #include "stages/trim/trim.hpp"
 
+#include <unordered_map>
+
 namespace hexopt::trimming {
 
 /// The set of kept cells while it is being mended.
@@ -28,6 +30,22 @@ class KeptCells {
         removed_[cell] = 1;
     }
     void fill(Index cell) { kept_[cell] = 1; }
+    /// Keeps a cell of a thin wall, whatever it was removed for; `middle` stands for it where gaps are looked
+    /// for, as its centre may be outside.
+    void keep_wall(Index cell, const Point& middle) {
+        kept_[cell] = 1;
+        removed_[cell] = 0;
+        wall_middle_[cell] = middle;
+    }
+    struct State {
+        std::vector<std::uint8_t> kept, removed, tip_age;
+    };
+    State state() const { return {kept_, removed_, tip_age_}; }
+    void restore(const State& state) {
+        kept_ = state.kept;
+        removed_ = state.removed;
+        tip_age_ = state.tip_age;
+    }
     /// False for cells that were removed for a reason.
     bool may_fill(Index cell) const { return !removed_[cell]; }
     /// True where kept and other cells (or the outside of the mesh) meet in a vertex.
@@ -50,6 +68,11 @@ class KeptCells {
     }
     int count_faces(Index cell, bool towards_kept) const;
 
+    Point point_inside(Index cell) const {
+        const auto wall = wall_middle_.find(cell);
+        return wall == wall_middle_.end() ? cell_centre(mesh_, cell) : wall->second;
+    }
+
     const HexMesh& mesh_;
     const CellGraph& graph_;
     const CellSides& sides_;
@@ -59,6 +82,7 @@ class KeptCells {
     std::vector<std::uint8_t> kept_;
     std::vector<std::uint8_t> removed_; ///< per cell: 1 once it has been removed, never to come back
     std::vector<std::uint8_t> tip_age_; ///< per cell: how many tips in a row ended here
+    std::unordered_map<Index, Point> wall_middle_;
 };
 
 } // namespace hexopt::trimming

@@ -5,6 +5,7 @@
 #include "stages/trim/partial_faces.hpp"
 #include "stages/trim/seeds.hpp"
 #include "stages/trim/surface_check.hpp"
+#include "stages/trim/thin_walls.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -27,6 +28,8 @@ std::string place(const Point& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})
 Status check_options(const TrimOptions& options) {
     if (!(options.depth_h >= 0 && options.depth_h <= 0.5))
         return trim_error(ErrorCode::usage, "", "depth_h must be in 0..0.5");
+    if (!(options.thinnest_wall_h >= 0 && options.thinnest_wall_h <= 1))
+        return trim_error(ErrorCode::usage, "", "thinnest_wall_h must be in 0..1");
     if (!(options.part_fraction >= 0 && options.part_fraction <= 1))
         return trim_error(ErrorCode::usage, "", "part_fraction must be in 0..1");
     return Done{};
@@ -141,13 +144,34 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
     if (Status ok = mend_all(octree, graph, sides, options, *seed_cells, kept, report); !ok)
         return ok.error();
     if (context.is_cancelled()) return trim_error(ErrorCode::cancelled, "", "cancelled");
+    trimming::Coverage coverage;
+    const auto measure = [&] {
+        return trimming::measure_coverage(octree, graph, sides, kept, queries, context.parallel());
+    };
+    if (options.seeds.empty()) coverage = measure();
+    if (options.rule == TrimRule::centre && options.thinnest_wall_h > 0 && !coverage.spots.empty()) {
+        const TrimReport before = report;
+        const KeptCells::State state = kept.state();
+        auto walls = trimming::find_wall_cells(octree, graph, sides, kept, queries, coverage.spots,
+                                               options.thinnest_wall_h, context.parallel());
+        for (bool sound = false; !sound && !walls.empty();) {
+            for (const trimming::WallCell& wall : walls) kept.keep_wall(wall.cell, wall.middle);
+            kept.open_gaps();
+            if (Status ok = mend_all(octree, graph, sides, options, *seed_cells, kept, report); !ok)
+                return ok.error();
+            sound = trimming::drop_frayed_walls(graph, kept, walls) == 0;
+            if (sound) continue;
+            kept.restore(state);
+            report = before;
+        }
+        report.wall_cells = walls.size();
+        if (!walls.empty()) coverage = measure();
+    }
     const trimming::PartialSides partial = trimming::find_partial_sides(octree, graph, kept);
     report.half_faces = partial.face_rows.size();
     report.half_edges = partial.edges.size();
     output.refine_cells = trimming::cells_to_refine(octree, graph, kept, partial);
     if (options.seeds.empty()) {
-        trimming::Coverage coverage =
-            trimming::measure_coverage(octree, graph, sides, kept, queries, context.parallel());
         report.surface_area = coverage.area;
         report.bare_area = coverage.bare_area;
         output.bare_spots = std::move(coverage.spots);

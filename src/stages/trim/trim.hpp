@@ -31,6 +31,9 @@ struct TrimOptions {
     std::vector<Point> seeds;
     double part_fraction = 0.01; ///< 0..1; 1 keeps the largest part alone
     PartialFaces partial = PartialFaces::refine;
+    /// Where the surface would be left bare, cells are kept that the middle of a wall goes through which is
+    /// at least so thick, in cells; 0: none. Not with seeds or the strict rule. 0..1
+    double thinnest_wall_h = 0.25;
 };
 
 /// A place of the surface that no kept cell is near.
@@ -55,6 +58,7 @@ struct TrimReport {
     std::size_t pits_filled = 0;      ///< with five faces towards kept cells
     std::size_t partial_filled = 0;   ///< hardly outside, behind half faces and round half edges
     std::size_t partial_removed = 0;  ///< PartialFaces::remove
+    std::size_t wall_cells = 0;       ///< in the middle of walls that would have been left bare
     std::size_t parts = 0;            ///< kept; more than the surface has bodies where thin walls were lost
     std::size_t parts_dropped = 0, part_cells_dropped = 0;
     double kept_volume = 0;        ///< of the kept cells, model units cubed
@@ -107,11 +111,11 @@ class TrimMemory {
 /// Removes the cells of an octree leaf mesh (any hexahedral mesh with 2:1 hanging nodes that encloses the
 /// domain) that are outside, such that the surface left is a closed manifold and no two cells on either side
 /// of a gap share a face. Thesis 3.4; rules: docs/trim.md. The domain's triangles must point outwards
-/// (orient_surface). Where the surface is too thin for all cells the mesh is empty and bare_spots tell how thin.
-/// Errors: usage (an option out of range); bad_input where nothing is inside, a seed is not
-/// in the mesh or not in a kept cell, or the inside leaks to the outer boundary of the mesh, in which case
-/// *leak_path gets the octree cells of a shortest path; cancelled. memory: what it knows is not computed
-/// again, and what is computed goes into it; the result is the same without it.
+/// (orient_surface). Where the surface is too thin for all cells the mesh is empty and bare_spots tell how
+/// thin. Errors: usage (an option out of range); bad_input where nothing is inside, a seed is not in the mesh
+/// or not in a kept cell, or the inside leaks to the outer boundary of the mesh, in which case *leak_path
+/// gets the octree cells of a shortest path; cancelled. memory: what it knows is not computed again, and what
+/// is computed goes into it; the result is the same without it.
 Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
                         Context& context, std::vector<Index>* leak_path = nullptr,
                         TrimMemory* memory = nullptr);
