@@ -128,9 +128,15 @@ bool SurfaceQueries::leaves_inside(const Point& from, const Point& to, double co
 bool SurfaceQueries::is_inside_beyond(const Point& p, const Projection& at, double contact) const {
     const Point across = at.point - p;
     const double distance = glm::length(across);
-    // What is left of a point on the surface has no direction but that of rounding.
-    const bool on_surface = distance < 1e-3 * contact;
-    return is_inside(at.point + contact * (on_surface ? at.direction : across / distance));
+    const auto inside_towards = [&](const Point& way) { return is_inside(at.point + contact * way); };
+    if (distance >= 1e-3 * contact) return inside_towards(across / distance);
+    // What is left of a point on the surface has no direction but that of rounding; and along the normal of
+    // one side of an edge lies, as likely as not, the other side itself.
+    const Point& up = at.direction;
+    const Point u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? Point(1, 0, 0) : Point(0, 1, 0)));
+    const Point v = glm::cross(up, u);
+    const std::array<Point, 4> tilted = {up + 0.3 * u, up - 0.2 * u, up + 0.25 * v, up - 0.35 * v};
+    return std::all_of(tilted.begin(), tilted.end(), inside_towards);
 }
 
 } // namespace hexopt

@@ -118,8 +118,8 @@ void archive(A& a, SkippedSheet& value) {
 
 template <class A>
 void archive(A& a, BufferReport& value) {
-    auto& [before, after, groups, pillows, collars, passes, joined_groups, skipped] = value;
-    a(before, after, groups, pillows, collars, passes, joined_groups, skipped);
+    auto& [before, after, groups, spared, pillows, collars, passes, joined_groups, skipped] = value;
+    a(before, after, groups, spared, pillows, collars, passes, joined_groups, skipped);
 }
 
 template <class A>

@@ -474,6 +474,10 @@ std::vector<MeshKey> stage_keys() {
         choice("buffer.method", "--buffer-method", "Layers by groups of patches, or as the thesis has them",
                Words<BufferMethod>{{"groups", BufferMethod::groups}, {"thesis", BufferMethod::thesis}},
                HEXOPT_FIELD(options.buffer.method)),
+        number("buffer.enough", "--buffer-enough",
+               "Patches along which the lattice fits, with cells of at least this scaled Jacobian, get no "
+               "layers; 2: all get them",
+               {0, 2}, HEXOPT_FIELD(options.buffer.enough_sj)),
         number("buffer.join", "--buffer-join", "Patches that meet at more degrees inside share a layer",
                {0, 360}, HEXOPT_FIELD(options.buffer.join_deg)),
         number("buffer.pillow", "--buffer-pillow", "Ridges of more degrees inside get a pillow; 361: none",

@@ -168,6 +168,7 @@ json buffer_json(const BufferReport& r) {
     return {{"before", counts_json(r.before)},
             {"after", counts_json(r.after)},
             {"groups", r.groups},
+            {"spared", r.spared},
             {"pillows", r.pillows},
             {"collars", r.collars},
             {"skipped", skipped}};

@@ -18,7 +18,7 @@ constexpr int kTrials = 5;             ///< of sizes, for one promise of what le
 /// With fewer cells what steep chords and narrow places take cannot be told beforehand: chords are always
 /// followed then, narrow places never refined.
 constexpr double kLeastForeseen = 20000;
-constexpr int kMostFitted = 2; ///< octrees of about the size wanted
+constexpr int kMostFitted = 2; ///< octrees of about the size wanted; one more where layers change with it
 constexpr double kLargelyBare = 0.1;
 /// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
 /// more than on the size.
@@ -29,6 +29,7 @@ constexpr int kNarrowLevels = 4;     ///< where the surface would be left bare, 
 constexpr double kNextStep = 1.3;    ///< of sizes, where trials contradict one another
 constexpr double kUsualExcess = 8;   ///< over SizeTrials::first_size(), by criteria of shape
 constexpr double kUsualLayers = 2;   ///< cells of buffer layers a quad of the trimmed surface
+constexpr double kSameShare = 0.05;  ///< of the surface without layers, between the small mesh and another
 constexpr double kUsualPerCut = 1.7; ///< cells a leaf that the surface meets, beyond those inside
 /// Finished cells per cell promised, by the share of cells at features that fitting asks to be refined; on
 /// the real models at 15,000 and 60,000 cells they lie within 20 % of it.
@@ -81,9 +82,8 @@ class CountSearch {
             });
             if (!trimmed) return trimmed.error();
             counted.trimmed = std::move(*trimmed);
-            const double found = with_layers(counted.trimmed->report);
             if (!check_coverage(*counted.trimmed)) {
-                if (round == kMostFitted || growth_ <= kFinishedShare) return counted; // will be refused
+                if (round == most_fitted_ || growth_ <= kFinishedShare) return counted; // will be refused
                 growth_ = kFinishedShare; // smaller cells, as if there were no repairs
                 if (!std::exchange(steep_, true)) {
                     trials_.require_steep(); // thin walls are curved as a rule
@@ -96,6 +96,11 @@ class CountSearch {
             });
             if (!fitted) return fitted.error();
             growth_ = growth_by(fitted->refine_cells.size(), counted.trimmed->report.kept_cells, 1);
+            if (Status ok =
+                    clock.run("count", [&] { return recount_layers(*counted.trimmed, fitted->fitted); });
+                !ok)
+                return ok.error();
+            const double found = with_layers(counted.trimmed->report);
             const double finished = growth_ * found, ratio = finished / (kAim * wanted_);
             context_.log(LogLevel::debug,
                          fmt::format("size {:.4g}: {:.0f} cells promised, {:.0f} found, some {:.0f} "
@@ -103,7 +108,7 @@ class CountSearch {
                                      seen_.back().size, promise_(seen_.back()), found, finished, wanted_));
             counted.fitted = std::move(*fitted);
             const bool as_wanted = ratio > kFewFinished && ratio < kManyFinished;
-            if (round == kMostFitted || as_wanted ||
+            if (round == most_fitted_ || as_wanted ||
                 (ratio > 1 && is_largely_bare(counted.trimmed->report))) {
                 leave_room(counted.refined, found);
                 return counted;
@@ -195,15 +200,32 @@ class CountSearch {
         auto fitted = fit_boundary(trimmed.kept, domain_, options_.fit, context_);
         if (!fitted) return fitted.error();
         growth_ = growth_by(fitted->refine_cells.size(), trimmed.report.kept_cells, kProbeRepairs);
+        const auto spared = find_spared_share(fitted->fitted, domain_, options_.buffer, context_);
+        if (!spared) return spared.error();
+        spared_ = *spared;
+        return count_layers(trimmed.report, std::move(fitted->fitted));
+    }
+
+    Status count_layers(const TrimReport& trimmed, FittedMesh fitted) {
+        const auto cells = static_cast<double>(fitted.mesh.cell_count());
         BufferOptions unrelaxed = options_.buffer;
         unrelaxed.relax_sweeps = 0; // moves vertices only
-        const auto buffered = insert_buffers(std::move(fitted->fitted), domain_, unrelaxed, context_);
+        const auto buffered = insert_buffers(std::move(fitted), domain_, unrelaxed, context_);
         if (!buffered) return buffered.error();
-        const double added = static_cast<double>(buffered->fitted.mesh.cell_count()) -
-                             static_cast<double>(trimmed.kept.cell_count());
-        if (trimmed.report.surface_quads > 0)
-            layers_ = added / static_cast<double>(trimmed.report.surface_quads);
+        if (trimmed.surface_quads > 0)
+            layers_ = (static_cast<double>(buffered->fitted.mesh.cell_count()) - cells) /
+                      static_cast<double>(trimmed.surface_quads);
         return Done{};
+    }
+
+    /// Which walls need no layers hangs on the size of the cells.
+    Status recount_layers(const TrimOutput& trimmed, const FittedMesh& fitted) {
+        if (!options_.buffers) return Done{};
+        const auto spared = find_spared_share(fitted, domain_, options_.buffer, context_);
+        if (!spared) return spared.error();
+        if (std::abs(*spared - std::exchange(spared_, *spared)) < kSameShare) return Done{};
+        most_fitted_ = kMostFitted + 1;
+        return count_layers(trimmed.report, fitted);
     }
 
     /// The size for so many cells, by the law of the two trials nearest to it; first by that of cells on a
@@ -243,6 +265,8 @@ class CountSearch {
     Context& context_;
     LeakPath* leak_;
     double wanted_, layers_ = options_.buffers ? kUsualLayers : 0, growth_ = kUsualGrowth;
+    int most_fitted_ = kMostFitted;
+    double spared_ = 0; ///< share of the surface without layers where they were counted
     Promise promise_;
     std::vector<Counted> seen_; ///< of one kind: all with what steep chords ask for, or all without
     bool asked_for_steep_ = false, steep_ = false;

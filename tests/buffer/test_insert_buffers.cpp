@@ -9,7 +9,14 @@ using namespace hexopt::test;
 
 namespace {
 
-BufferOutput insert(const FittedShape& shape, const BufferOptions& options = {}, int threads = 1) {
+/// Layers everywhere, though these shapes' lattices fit without.
+BufferOptions everywhere() {
+    BufferOptions options;
+    options.enough_sj = 2;
+    return options;
+}
+
+BufferOutput insert(const FittedShape& shape, const BufferOptions& options = everywhere(), int threads = 1) {
     Context context(threads);
     auto out = insert_buffers(shape.fitted, shape.domain, options, context);
     if (!out) FAIL(out.error().one_line());
@@ -64,10 +71,47 @@ TEST_CASE("buffer: a cube gets one sheet a side, each leaving through its neighb
     }
 }
 
+TEST_CASE("buffer: where a lattice fits there are no layers, round a flaw there are") {
+    FittedShape prism = make_l_prism(3);
+    const BufferOutput left = insert(prism, {});
+    CHECK(left.report.spared == 7);
+    CHECK(left.report.groups + left.report.pillows + left.report.collars == 0);
+    CHECK(left.fitted.mesh.cells == prism.fitted.mesh.cells);
+    CHECK(left.fitted.mesh.positions == prism.fitted.mesh.positions);
+    CHECK(ridge_edges(left, 2, 3) == ridge_edges(left, 2));
+    Context context(1);
+    const auto share = [&](const FittedShape& shape, const BufferOptions& options) {
+        const auto found = find_spared_share(shape.fitted, shape.domain, options, context);
+        REQUIRE(found);
+        return *found;
+    };
+    CHECK(share(prism, {}) == 1);
+    CHECK(share(prism, everywhere()) == 0);
+
+    // Cells at one end of the concave ridge crushed: its two walls and the side that they meet get layers.
+    const auto& ridge =
+        *std::find_if(prism.fitted.ridges.begin(), prism.fitted.ridges.end(), [&](const auto& r) {
+            return prism.domain.angle[r.curve].largest > 225 &&
+                   prism.fitted.association[r.a].kind == EntityKind::corner;
+        });
+    const Point at = prism.fitted.mesh.positions[ridge.a];
+    for (Index v = 0; v < prism.fitted.mesh.vertex_count(); ++v) {
+        Point& x = prism.fitted.mesh.positions[v];
+        if (prism.fitted.association[v].kind == EntityKind::interior && glm::distance(x, at) < 1.8)
+            x = at + 0.05 * (x - at);
+    }
+    const BufferOutput flawed = insert(prism, {});
+    CHECK(flawed.report.spared > 0);
+    CHECK(flawed.report.groups > 0);
+    CHECK(flawed.report.spared + flawed.report.groups == 7);
+    CHECK(share(prism, {}) > 0);
+    CHECK(share(prism, {}) < 1);
+}
+
 TEST_CASE("buffer: the thesis's way pillows the whole surface, then every patch") {
     const std::size_t n = 4;
     const FittedShape cube = make_cube(n);
-    BufferOptions options;
+    BufferOptions options = everywhere();
     options.method = BufferMethod::thesis;
     options.collars = false;
     const BufferOutput pillow = insert(cube, options);
@@ -83,7 +127,7 @@ TEST_CASE("buffer: the thesis's way pillows the whole surface, then every patch"
 
 TEST_CASE("buffer: a concave ridge gets two cells from its group and four with pillows") {
     const FittedShape prism = make_l_prism(3);
-    BufferOptions options;
+    BufferOptions options = everywhere();
     options.pillow_deg = 361;
     const BufferOutput group = insert(prism, options);
     CHECK(group.report.groups == 7);
@@ -230,7 +274,7 @@ TEST_CASE("buffer: neighbours of other patches without a ridge stay one group") 
     for (Association& a : cube.fitted.association)
         if (a == Association{EntityKind::curve, lost}) a = {EntityKind::patch, patch};
     Context context(1);
-    auto out = insert_buffers(cube.fitted, cube.domain, {}, context);
+    auto out = insert_buffers(cube.fitted, cube.domain, everywhere(), context);
     REQUIRE(out);
     CHECK(check_sound(out->fitted) == 2);
     CHECK(out->report.groups == 5);
@@ -261,7 +305,7 @@ TEST_CASE("buffer: the sides of a ridge that ends inside a patch are told apart"
 
 TEST_CASE("buffer: pillows end some quads from their ridges, on the surface") {
     const FittedShape prism = make_l_prism(8);
-    BufferOptions options;
+    BufferOptions options = everywhere();
     options.reach_quads = 100;
     const std::size_t whole = insert(prism, options).fitted.mesh.cell_count();
     options.reach_quads = 3;
@@ -325,7 +369,7 @@ TEST_CASE("buffer: no face inside the mesh comes to lie in a smooth patch where 
     ridge_of(corner, beside)->curve = curve;
     fitted.association[corner] = {EntityKind::curve, curve};
     for (int reach : {3, 4, 5}) {
-        BufferOptions options;
+        BufferOptions options = everywhere();
         options.reach_quads = reach;
         Context context(1);
         const auto out = insert_buffers(fitted, prism.domain, options, context);
@@ -377,7 +421,7 @@ TEST_CASE("buffer: what does not fit is refused") {
         CHECK(code(fitted) == ErrorCode::bad_input);
     }
     SECTION("options") {
-        BufferOptions options;
+        BufferOptions options = everywhere();
         options.join_deg = -1;
         CHECK(code(cube.fitted, options) == ErrorCode::usage);
         options = {};
@@ -395,7 +439,7 @@ TEST_CASE("buffer: what does not fit is refused") {
 
 TEST_CASE("buffer: spreading the layers makes no cell worse than it needs to") {
     const FittedShape cylinder = make_cylinder(8);
-    BufferOptions options;
+    BufferOptions options = everywhere();
     options.relax_sweeps = 0;
     const BufferOutput squeezed = insert(cylinder, options);
     const BufferOutput spread = insert(cylinder);

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <random>
 
 using namespace hexopt;
 
@@ -167,6 +168,33 @@ TEST_CASE("a body in a box is a cavity however either is oriented, and crossing 
     CHECK(queries.is_inside_beyond(overlapped, domain.model.project_patch(kNoIndex, overlapped), 1e-6));
     const Point outer(1.45, 0.01, 0.02);
     CHECK_FALSE(queries.is_inside_beyond(outer, domain.model.project_patch(kNoIndex, outer), 1e-6));
+}
+
+TEST_CASE("on a concave edge the inside does not go on behind the surface") {
+    // An L, extruded: at its inner edge the normal of each wall runs along the other one.
+    TriangleSoup prism;
+    const std::array<std::array<double, 2>, 6> outline = {{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}};
+    for (double z : {0.0, 3.0})
+        for (const auto& [x, y] : outline) prism.vertices.push_back(Point(x, y, z));
+    for (Index k = 0; k < 6; ++k) {
+        const Index next = (k + 1) % 6;
+        prism.triangles.push_back({k, next, next + 6});
+        prism.triangles.push_back({k, next + 6, k + 6});
+    }
+    for (const auto& t : {std::array<Index, 3>{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}) {
+        prism.triangles.push_back({t[0], t[2], t[1]});
+        prism.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
+    }
+    const Domain domain = domain_of(prism);
+    const SurfaceQueries queries(domain.model);
+    REQUIRE(queries.is_inside(Point(0.5, 0.5, 1)));
+    REQUIRE_FALSE(queries.is_inside(Point(1.5, 1.5, 1)));
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> along(0.01, 2.99), off(-1e-12, 1e-12);
+    for (int k = 0; k < 200; ++k) {
+        const Point p(1 + off(random), 1 + off(random), along(random));
+        CHECK_FALSE(queries.is_inside_beyond(p, domain.model.project_patch(kNoIndex, p), 1e-4));
+    }
 }
 
 TEST_CASE("the wall between two solids that touch and fins inside a solid bound nothing") {

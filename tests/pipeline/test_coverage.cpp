@@ -126,8 +126,8 @@ TEST_CASE("a wall that no allowed level resolves is left alone and refused") {
 
 TEST_CASE("a surface that is too thin for any cell is refused with its thickness, whatever asks for cells") {
     TriangleSoup plate;
-    test::append_box(plate, {0, 0, 0}, {12, 12, 0.05});
-    test::append_box(plate, {0, 0, 3}, {12, 12, 3.05});
+    test::append_box(plate, {0, 0, 0}, {12, 12, 0.02});
+    test::append_box(plate, {0, 0, 3}, {12, 12, 3.02});
     MeshOptions options;
     SECTION("a size") { options.refine = cells_of(1, 0); }
     SECTION("a few of them") { options.refine.target_cells = 2000; }
@@ -138,5 +138,23 @@ TEST_CASE("a surface that is too thin for any cell is refused with its thickness
     REQUIRE_FALSE(refused);
     CHECK(refused.error().code == ErrorCode::no_valid_mesh);
     CHECK(refused.error().one_line().find("near (") != std::string::npos);
-    CHECK(refused.error().one_line().find("0.05 thick") != std::string::npos);
+    CHECK(refused.error().one_line().find("0.02 thick") != std::string::npos);
+}
+
+TEST_CASE("walls that fit between the planes of the lattice are meshed one cell thick, without layers") {
+    TriangleSoup plate;
+    test::append_box(plate, {0, 0, 0}, {12, 12, 0.4});
+    test::append_box(plate, {0, 0, 3}, {12, 12, 3.4});
+    MeshOptions options;
+    options.refine = cells_of(0.4, 0);
+    StageClock clock;
+    Context context(1);
+    const auto meshed = mesh_surface(plate, options, clock, context);
+    REQUIRE(meshed);
+    REQUIRE(meshed->buffer);
+    CHECK(meshed->buffer->spared == 12);
+    CHECK(meshed->buffer->groups == 0);
+    CHECK(meshed->after.validity.is_valid());
+    CHECK(meshed->after.validity.min_scaled_jacobian > 0.9);
+    CHECK(meshed->contacts.empty());
 }

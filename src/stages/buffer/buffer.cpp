@@ -1,6 +1,7 @@
 #include "stages/buffer/buffer.hpp"
 
 #include "stages/buffer/buffer_counts.hpp"
+#include "stages/buffer/good_groups.hpp"
 #include "stages/buffer/relax_layers.hpp"
 #include "stages/buffer/surface_regions.hpp"
 
@@ -30,6 +31,8 @@ struct FailedSheet {
 
 Status check_options(const BufferOptions& options) {
     const auto within = [](double value, double limit) { return value >= 0 && value <= limit; };
+    if (!within(options.enough_sj, 2))
+        return make_error(ErrorCode::usage, kStage, "", "a scaled Jacobian is out of range");
     if (!within(options.join_deg, 360) || !within(options.pillow_deg, 361) ||
         !within(options.corner_deg, 180))
         return make_error(ErrorCode::usage, kStage, "", "an angle is out of range");
@@ -295,9 +298,13 @@ class BufferRun {
         for (;;) {
             group_ = groups.numbers();
             if (context_.is_cancelled()) return;
+            is_spared_ = find_good_groups(mesh_, group_, domain_, options_, context_.parallel());
+            report_.spared = static_cast<std::size_t>(std::count(is_spared_.begin(), is_spared_.end(), 1));
+            std::vector<RegionSheet> sheets = sheets_of(group_);
+            std::erase_if(
+                sheets, [&](const RegionSheet& sheet) { return is_spared_[group_[sheet.regions[0]]] != 0; });
             SheetSeries series(mesh_, domain_.model, SheetKind::group, context_);
-            const std::vector<FailedSheet> failed =
-                series.insert(sheets_of(groups.numbers()), regions_.count);
+            const std::vector<FailedSheet> failed = series.insert(std::move(sheets), regions_.count);
             bool joined = false;
             for (const FailedSheet& sheet : failed)
                 for (Index region : sheet.regions_there)
@@ -338,7 +345,8 @@ class BufferRun {
         };
         for (const SurfaceRegions::Border& border : regions_.borders)
             for (Index region : {border.a, border.b})
-                if (is_sharp(border) && region < regions_.count / 2) beside[region] = 1;
+                if (is_sharp(border) && region < regions_.count / 2 && !is_spared_[group_[region]])
+                    beside[region] = 1;
         RegionGroups groups(regions_.count);
         for (const SurfaceRegions::Border& border : regions_.borders) {
             if (is_sharp(border) || !beside[border.a] || !beside[border.b] ||
@@ -418,6 +426,7 @@ class BufferRun {
     SurfaceRegions regions_;
     std::vector<std::vector<Index>> patches_; ///< per region, rising
     std::vector<Index> group_;                ///< per region: sheet of buffer 1 that covers it
+    std::vector<std::uint8_t> is_spared_;     ///< per group: it has no layers
     BufferReport report_;
 };
 
@@ -435,12 +444,36 @@ const char* name_of(SheetKind kind) {
     return "";
 }
 
-Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
-                                    Context& context) {
+namespace {
+
+Result<SheetMesh> open_checked(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
+                               Context& context) {
     if (Status ok = check_options(options); !ok) return ok.error();
     if (Status ok = check_entities(fitted, domain); !ok) return ok.error();
+    return open_sheet_mesh(std::move(fitted), context.parallel());
+}
+
+} // namespace
+
+Result<double> find_spared_share(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
+                                 Context& context) {
+    Result<SheetMesh> mesh = open_checked(std::move(fitted), domain, options, context);
+    if (!mesh) return mesh.error();
+    if (mesh->surface.empty()) return 0.0;
+    const SurfaceRegions regions = find_regions(*mesh);
+    const std::vector<Index> group = group_for_split(*mesh, regions, domain, options.join_deg).numbers();
+    const std::vector<std::uint8_t> spared =
+        find_good_groups(*mesh, group, domain, options, context.parallel());
+    const auto quads =
+        std::count_if(mesh->surface.begin(), mesh->surface.end(),
+                      [&](const SurfaceQuad& quad) { return spared[group[quad.region]] != 0; });
+    return static_cast<double>(quads) / static_cast<double>(mesh->surface.size());
+}
+
+Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
+                                    Context& context) {
     SheetMeshOrigin origin = origin_of(fitted.mesh);
-    Result<SheetMesh> opened = open_sheet_mesh(std::move(fitted), context.parallel());
+    Result<SheetMesh> opened = open_checked(std::move(fitted), domain, options, context);
     if (!opened) return opened.error();
     BufferRun run(std::move(opened).value(), domain, options, context);
     run.run();

@@ -21,6 +21,9 @@ struct BufferOptions {
     double join_deg = 135;   ///< 0..360: buffer 1 splits at ridges below this only
     double pillow_deg = 225; ///< 0..361: buffer 1b at ridges from this on; 361: none
     bool collars = true;     ///< buffer 2, on patches that still have flat quads or cells with two faces
+    /// 0..2: groups of patches along which the cells are a lattice that fits, all of at least this scaled
+    /// Jacobian as fitted, get no layers (it is better than what layers make of it); above 1: all get them.
+    double enough_sj = 0.3;
     double corner_deg =
         40;              ///< 0..180: a patch whose boundary turns by less at a joined ridge gets a collar too
     int band_quads = 4;  ///< >= 1: width of what counts as the side of a ridge that ends inside a patch
@@ -57,6 +60,7 @@ struct SkippedSheet {
 struct BufferReport {
     BufferCounts before, after;
     std::size_t groups = 0;        ///< sets of patches that buffer 1 covered in one
+    std::size_t spared = 0;        ///< sets of patches whose cells were good enough without
     std::size_t pillows = 0;       ///< sheets of buffer 1b
     std::size_t collars = 0;       ///< sheets of buffer 2
     std::size_t passes = 0;        ///< over the mesh: sheets that do not touch go in one
@@ -78,5 +82,10 @@ struct BufferOutput {
 /// domain); usage (an option out of range); cancelled.
 Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
                                     Context& context);
+
+/// Share of the boundary quads, 0..1, that insert_buffers() leaves without layers of buffer 1. Errors as
+/// there.
+Result<double> find_spared_share(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
+                                 Context& context);
 
 } // namespace hexopt

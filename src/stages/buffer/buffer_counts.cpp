@@ -84,6 +84,23 @@ std::vector<Index> find_sharp_corner_quads(const SheetMesh& mesh, const Domain& 
     return sharp;
 }
 
+std::vector<std::size_t> count_ridge_cells(const SheetMesh& mesh) {
+    std::vector<std::uint8_t> on_ridge(mesh.positions.size(), 0);
+    for (const FittedMesh::RidgeEdge& ridge : mesh.ridges) on_ridge[ridge.a] = on_ridge[ridge.b] = 1;
+    std::vector<EdgeKey> edges;
+    for (const Cell& cell : mesh.cells)
+        for (const auto& edge : hex::kEdgeVertex)
+            if (on_ridge[cell[edge[0]]] && on_ridge[cell[edge[1]]])
+                edges.push_back(edge_key(cell[edge[0]], cell[edge[1]]));
+    std::sort(edges.begin(), edges.end());
+    std::vector<std::size_t> cells;
+    for (const FittedMesh::RidgeEdge& ridge : mesh.ridges) {
+        const auto [first, last] = std::equal_range(edges.begin(), edges.end(), edge_key(ridge.a, ridge.b));
+        cells.push_back(static_cast<std::size_t>(last - first));
+    }
+    return cells;
+}
+
 BufferCounts count_for_buffers(const SheetMesh& mesh, const Domain& domain) {
     BufferCounts counts;
     counts.cells = mesh.cells.size();
@@ -96,20 +113,12 @@ BufferCounts count_for_buffers(const SheetMesh& mesh, const Domain& domain) {
     counts.two_face_cells =
         static_cast<std::size_t>(std::unique(two_face.begin(), two_face.end()) - two_face.begin());
 
-    std::vector<std::uint8_t> on_ridge(mesh.positions.size(), 0);
-    for (const FittedMesh::RidgeEdge& ridge : mesh.ridges) on_ridge[ridge.a] = on_ridge[ridge.b] = 1;
-    std::vector<EdgeKey> edges;
-    for (const Cell& cell : mesh.cells)
-        for (const auto& edge : hex::kEdgeVertex)
-            if (on_ridge[cell[edge[0]]] && on_ridge[cell[edge[1]]])
-                edges.push_back(edge_key(cell[edge[0]], cell[edge[1]]));
-    std::sort(edges.begin(), edges.end());
     counts.ridge_cells = {{135}, {225}, {360}};
-    for (const FittedMesh::RidgeEdge& ridge : mesh.ridges) {
-        const auto [first, last] = std::equal_range(edges.begin(), edges.end(), edge_key(ridge.a, ridge.b));
-        const double angle = domain.angle[ridge.curve].largest;
+    const std::vector<std::size_t> cells = count_ridge_cells(mesh);
+    for (std::size_t r = 0; r < cells.size(); ++r) {
+        const double angle = domain.angle[mesh.ridges[r].curve].largest;
         const std::size_t row = angle < 135 ? 0 : angle < 225 ? 1 : 2;
-        ++counts.ridge_cells[row].edges[std::min<std::size_t>(8, static_cast<std::size_t>(last - first))];
+        ++counts.ridge_cells[row].edges[std::min<std::size_t>(8, cells[r])];
     }
     return counts;
 }

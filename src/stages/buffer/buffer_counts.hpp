@@ -16,6 +16,9 @@ std::vector<Index> find_two_face_quads(const SheetMesh& mesh);
 std::vector<Index> find_sharp_corner_quads(const SheetMesh& mesh, const Domain& domain, double corner_deg,
                                            double join_deg);
 
+/// How many cells have each of mesh.ridges.
+std::vector<std::size_t> count_ridge_cells(const SheetMesh& mesh);
+
 BufferCounts count_for_buffers(const SheetMesh& mesh, const Domain& domain);
 
 } // namespace hexopt
