@@ -83,13 +83,17 @@ double expect_cell_size(const TriangleSoup& soup, const RefineOptions& refine) {
     return std::sqrt(kCellsPerQuad * area / wanted_cells(refine));
 }
 
+/// Of the chord error, beyond which quads across a crease need its edges to follow it: what is little more,
+/// vertices that move onto creases at the end mend, and facets of round shapes need no edges of their own.
+constexpr double kWeakShare = 1.5;
+
 /// Adds creases that are no features by angle but that quads across them would not follow.
 Status add_weak_creases(const MeshOptions& options, FeaturedSurface& featured) {
     const RefineOptions& refine = options.refine;
     if (!options.weak_features || !(refine.chord_error_rel > 0)) return Done{};
-    auto creases = find_weak_creases(
-        featured.soup, options.features,
-        {expect_cell_size(featured.soup, refine), refine.chord_error_rel * compute_diagonal(featured.soup)});
+    auto creases = find_weak_creases(featured.soup, options.features,
+                                     {expect_cell_size(featured.soup, refine),
+                                      kWeakShare * refine.chord_error_rel * compute_diagonal(featured.soup)});
     if (!creases) return creases.error();
     featured.edges.insert(featured.edges.end(), creases->begin(), creases->end());
     return Done{};
