@@ -164,55 +164,6 @@ TEST_CASE("neighbours of cells on the surface are no larger than these") {
     REQUIRE(out.stats.layers > 0);
 }
 
-namespace {
-
-/// Whether a feature curve meets a box.
-bool holds_curve(const Domain& domain, const Box& box) {
-    for (Index s = 0; s < domain.model.segment_count(); ++s) {
-        const auto& [a, b] = domain.model.segment(s);
-        if (triangle_meets_box({a, b, b}, box)) return true;
-    }
-    return false;
-}
-
-/// Cells without a curve on the surface that are larger than one with a curve at a face of theirs.
-std::size_t count_fronts(const RefineOutput& out, const Domain& domain) {
-    std::size_t found = 0;
-    for (Index c = 0; c < out.octree.cell_count(); ++c) {
-        const Box box = node_box(out.refinement, out.leaf_node[c]);
-        if (!holds_curve(domain, box)) continue;
-        const Point middle = 0.5 * (box.low + box.high), size = box.high - box.low;
-        for (int axis = 0; axis < 3; ++axis)
-            for (double way : {-0.75, 0.75}) {
-                Point beside = middle;
-                beside[axis] += way * size[axis];
-                visit_around(out, beside, [&](Index other) {
-                    const Box large = node_box(out.refinement, out.leaf_node[other]);
-                    found += out.octree.level[other] < out.octree.level[c] && cuts(domain, large) &&
-                             !holds_curve(domain, large);
-                });
-            }
-    }
-    return found;
-}
-
-} // namespace
-
-TEST_CASE("no front between levels runs beside the cells of a feature curve") {
-    for (double thickness : {0.3, 0.45, 0.6}) {
-        TriangleSoup soup = make_box({2, 2, thickness});
-        for (Point& p : soup.vertices) // turned
-            p = {0.8 * p.x - 0.6 * p.y, 0.48 * p.x + 0.64 * p.y - 0.6 * p.z,
-                 0.36 * p.x + 0.48 * p.y + 0.8 * p.z};
-        const Domain domain = make_domain(soup);
-        RefineOptions options = only_sizes(0.4);
-        options.patches = {{"z1", {0.06, -1}}}; // whose small cells end somewhere on the sides
-        REQUIRE(count_fronts(run(domain, options), domain) == 0);
-        options.surface_rings = 0;
-        REQUIRE(count_fronts(run(domain, options), domain) > 50);
-    }
-}
-
 TEST_CASE("cells turn by no more than the angle of normals where levels allow") {
     // Radius 1 and 0.2: at size 0.25 only the small one turns by more than 30 degrees in a cell.
     TriangleSoup soup = make_sphere(1, 60);

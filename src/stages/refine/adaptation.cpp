@@ -132,35 +132,7 @@ std::vector<Index> Adaptation::spread(int level, const std::vector<Request>& req
             found.push_back(node);
         }
     }
-    if (options_.surface_rings > 0) append_collar(level, marked, found);
     return found;
-}
-
-/// Cells of this level on the surface beside those of a feature curve that are split (`marked`), no curve in
-/// them: where a front between levels runs along a curve, edges that follow it would end at hanging vertices.
-void Adaptation::append_collar(int level, std::vector<std::uint8_t>& marked,
-                               std::vector<Index>& found) const {
-    constexpr int kFaceVertices = 4;
-    const CellElements& cells = cells_[level];
-    const auto has_curve = [&](std::size_t row) {
-        const auto elements = cells.elements[row];
-        return std::any_of(elements.begin(), elements.end(),
-                           [&](Index element) { return !surface_.is_triangle(element); });
-    };
-    std::vector<std::uint8_t> near(out_.refinement.vertex_count(), 0);
-    for (std::size_t row = 0; row < cells.node.size(); ++row) {
-        if (cells.node[row] == kNoIndex || !marked[cells.node[row]] || !has_curve(row)) continue;
-        for (Index v : out_.refinement.node(cells.node[row]).vertices) near[v] = 1;
-    }
-    for (std::size_t row = 0; row < cells.node.size(); ++row) {
-        const Index node = cells.node[row];
-        if (node == kNoIndex || marked[node] || has_curve(row)) continue;
-        const Cell& cell = out_.refinement.node(node).vertices;
-        if (std::count_if(cell.begin(), cell.end(), [&](Index v) { return near[v] != 0; }) < kFaceVertices)
-            continue;
-        marked[node] = 1;
-        found.push_back(node);
-    }
 }
 
 /// Splits, or leaves everything as it is and returns false where there would be too many cells.

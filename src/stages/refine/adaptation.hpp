@@ -31,7 +31,6 @@ class Adaptation {
     std::vector<Request> find_requests(int level) const;
     void append_region_requests(int level, std::vector<Request>& requests) const;
     std::vector<Index> spread(int level, const std::vector<Request>& requests) const;
-    void append_collar(int level, std::vector<std::uint8_t>& marked, std::vector<Index>& found) const;
     bool split(int level, const std::vector<Request>& requests);
     bool try_split(int level, const std::vector<Request>& requests);
     bool surround_surface(RefineStats& stats);
