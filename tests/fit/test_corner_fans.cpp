@@ -119,14 +119,10 @@ TEST_CASE("corner fans: first edges leave room for as many quads as the angles n
     }
     REQUIRE(middle != kNoIndex);
     const CurveNet net = make_two_legs(placed[middle], 0, 135);
-    Domain domain;
-    domain.angle.resize(2); // smooth: as many cells at all edges
     const auto second_edge = [&](double angle_deg) {
         const std::vector<CornerFan> fans = {{{0, 1}, {angle_deg, 360 - angle_deg}}, {}, {}};
         const RingChoice choice =
-            RingChooser(surface, placed, domain, net, fans).choose(0, middle, [](Index, Index) {
-                return 0.0;
-            });
+            RingChooser(surface, placed, net, fans).choose(0, middle, [](Index, Index) { return 0.0; });
         REQUIRE(choice.neighbour.size() == 2);
         CHECK(placed[choice.neighbour[0]] == Point(3, 2, 4));
         CHECK(choice.sectors == Approx(0).margin(1e-12));
@@ -138,28 +134,9 @@ TEST_CASE("corner fans: first edges leave room for as many quads as the angles n
 
     // What another leg has already is passed by.
     const std::vector<CornerFan> fans = {{{0, 1}, {90, 270}}, {}, {}};
-    const RingChoice choice =
-        RingChooser(surface, placed, domain, net, fans).choose(0, middle, [&](Index u, Index) {
-            return placed[u] == Point(2, 3, 4) ? 20.0 : 0.0;
-        });
+    const RingChoice choice = RingChooser(surface, placed, net, fans).choose(0, middle, [&](Index u, Index) {
+        return placed[u] == Point(2, 3, 4) ? 20.0 : 0.0;
+    });
     REQUIRE(choice.neighbour.size() == 2);
     CHECK(placed[choice.neighbour[1]] == Point(1, 2, 4));
-}
-
-TEST_CASE("corner fans: a ridge wants a cell for each right angle, and at least one") {
-    OctreeOptions lattice;
-    lattice.levels = 0;
-    const auto mesh = make_box_mesh(make_octree_boxes(lattice), lattice_units(0));
-    REQUIRE(mesh);
-    const SurfaceMesh surface = extract_surface(*mesh, compute_topology(*mesh, Parallel(1)));
-    for (const SurfaceMesh::Edge& edge : surface.edge) {
-        const Point a = mesh->positions[surface.vertex[edge.a]], b = mesh->positions[surface.vertex[edge.b]];
-        int sides = 0; // of the box that the whole edge lies on
-        for (int k = 0; k < 3; ++k) sides += a[k] == b[k] && (a[k] == 0 || a[k] == 4);
-        CHECK(edge.cells == (sides == 2 ? 1 : 2));
-        CHECK(cells_misfit(edge, {90, 90}) == Approx(edge.cells - 1).margin(1e-12));
-        CHECK(cells_misfit(edge, {170, 190}) == Approx(2 - edge.cells).margin(1e-12));
-        CHECK(cells_misfit(edge, {10, 20}) == Approx(edge.cells - 1).margin(1e-12));
-        CHECK(cells_misfit(edge, {260, 280}) == Approx(3 - edge.cells));
-    }
 }

@@ -40,8 +40,6 @@ double wedge_factor(double angle_deg) {
 /// What it counts in edge lengths where the numbers of quads between an anchor's legs do not suit their
 /// angles, and how badly they do where there is no choice of edges.
 constexpr double kSectors = 0.3, kNoRing = 0.5;
-/// The same of a cell too many or too few along the edges where legs begin, and along all that they follow.
-constexpr double kCellsAtAnchor = 0.3, kCellsAlong = 0.2;
 
 /// Vertices within reach of each anchor, with what they cost in units of the local edge length: distance and
 /// penalties for every edge too few and for quads between the legs that are too many or too few.
@@ -62,7 +60,7 @@ std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexT
             const int missing = std::max(0, legs - usable_edges(surface, v));
             const RingChoice ring = rings.choose(a, v, [](Index, Index) { return 0.0; });
             const double sectors = kSectors * (ring.neighbour.empty() ? kNoRing : ring.sectors);
-            candidates.push_back({distance + missing + sectors + kCellsAtAnchor * ring.cells, a, v});
+            candidates.push_back({distance + missing + sectors, a, v});
         });
     }
     std::sort(candidates.begin(), candidates.end());
@@ -206,14 +204,12 @@ class Router {
         return options_.path_reach * wedge_factor(domain_.angle[net_.legs[leg].curve].smallest);
     }
 
-    double edge_weight(Index curve, double reach, Index e, Index from) const {
-        const Index to = surface_.other_end(e, from);
+    double edge_weight(Index curve, double reach, Index from, Index to) const {
         const double h = 0.5 * (surface_.size[from] + surface_.size[to]);
         const double end = curve_distance(curve, placed_[to]) / h;
         if (end > reach) return kInfinity;
         const double middle = curve_distance(curve, 0.5 * (placed_[from] + placed_[to])) / h;
-        const double cells = kCellsAlong * cells_misfit(surface_.edge[e], domain_.angle[curve]);
-        return h * (0.1 + cells + 4 * middle * middle + 4 * end * end);
+        return h * (0.1 + 4 * middle * middle + 4 * end * end);
     }
 
     /// 0.3 edge lengths where the step and the one before are sides of one quad.
@@ -261,7 +257,7 @@ class Router {
                 if (!through && u == target_ && last != kNoIndex && v != last) continue;
                 const double pass = passage(leg, u, through);
                 if (pass == kInfinity) continue;
-                const double weight = edge_weight(l.curve, reach, e, v);
+                const double weight = edge_weight(l.curve, reach, v, u);
                 if (weight == kInfinity) continue;
                 const double total = cost + weight + pass + fold_penalty(before, v, u);
                 const auto found = best.find(u);
@@ -344,7 +340,7 @@ Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& p
                          const Context& context) {
     Capture capture;
     const std::vector<CornerFan> fans = find_corner_fans(domain, net);
-    const RingChooser rings(surface, placed, domain, net, fans);
+    const RingChooser rings(surface, placed, net, fans);
     const std::vector<Candidate> candidates =
         find_candidates(surface, tree, domain, net, rings, options.reach);
     capture.anchor_vertex = capture_anchors(candidates, net.anchors.size(), placed.size());

@@ -17,8 +17,6 @@ constexpr std::size_t kMostLegs = 6, kMostEdges = 8;
 constexpr double kSectorWeight = 1;
 /// Angles of the surface below this count as this: no number of quads suits them.
 constexpr double kLeastAngle_deg = 20;
-/// The same of a cell too many or too few along an edge; the tip of a wedge has one all the same.
-constexpr double kCellsWeight = 0.3, kLeastCells = 1;
 /// Of legs in another order than round the corner, and of vertices round which quads have no order.
 constexpr double kWrongOrder = 5, kNoOrder = 0.5;
 
@@ -132,14 +130,9 @@ std::vector<CornerFan> find_corner_fans(const Domain& domain, const CurveNet& ne
     return fans;
 }
 
-double cells_misfit(const SurfaceMesh::Edge& edge, const CurveAngle& angle) {
-    const double wanted = std::max(0.5 * (angle.smallest + angle.largest) / 90, kLeastCells);
-    return std::abs(edge.cells - wanted);
-}
-
-RingChooser::RingChooser(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
-                         const CurveNet& net, const std::vector<CornerFan>& fans)
-    : surface_(surface), placed_(placed), domain_(domain), net_(net), fans_(fans) {}
+RingChooser::RingChooser(const SurfaceMesh& surface, const std::vector<Point>& placed, const CurveNet& net,
+                         const std::vector<CornerFan>& fans)
+    : surface_(surface), placed_(placed), net_(net), fans_(fans) {}
 
 namespace {
 
@@ -203,27 +196,22 @@ RingChoice RingChooser::choose(Index anchor, Index vertex,
     RingChoice result;
     if (legs.empty() || legs.size() > kMostLegs) return result;
     const std::vector<Index> order = edges_round(surface_, vertex);
-    std::vector<Index> neighbour, edge;
+    std::vector<Index> neighbour;
     std::vector<std::size_t> place;
     for (Index e : surface_.vertex_edge[vertex]) {
         if (!surface_.edge[e].ridge_allowed) continue;
         neighbour.push_back(surface_.other_end(e, vertex));
-        edge.push_back(e);
         if (!order.empty())
             place.push_back(
                 static_cast<std::size_t>(std::find(order.begin(), order.end(), e) - order.begin()));
     }
     if (neighbour.size() < legs.size() || neighbour.size() > kMostEdges) return result;
-    const auto misfit = [&](Index leg, Index e) {
-        return cells_misfit(surface_.edge[e], domain_.angle[net_.legs[leg].curve]);
-    };
     std::vector<std::vector<double>> cost(legs.size());
     for (std::size_t l = 0; l < legs.size(); ++l) {
         const Point d = direction_of(net_, legs[l], anchor, surface_.size[vertex]);
-        for (std::size_t k = 0; k < neighbour.size(); ++k) {
-            const Index u = neighbour[k];
+        for (Index u : neighbour) {
             const double angle = angle_between(d, placed_[u] - net_.anchors[anchor].place);
-            cost[l].push_back(angle * angle + kCellsWeight * misfit(legs[l], edge[k]) + extra(u, legs[l]));
+            cost[l].push_back(angle * angle + extra(u, legs[l]));
         }
     }
     std::vector<std::size_t> row_of_fan;
@@ -232,11 +220,7 @@ RingChoice RingChooser::choose(Index anchor, Index vertex,
     Search search(cost, fans_[anchor], std::move(row_of_fan), std::move(place), order.size());
     search.run();
     result.sectors = search.sectors;
-    for (std::size_t l = 0; l < search.best.size(); ++l) {
-        const std::size_t k = search.best[l];
-        result.neighbour.push_back(neighbour[k]);
-        result.cells += misfit(legs[l], edge[k]) / static_cast<double>(legs.size());
-    }
+    for (std::size_t k : search.best) result.neighbour.push_back(neighbour[k]);
     return result;
 }
 

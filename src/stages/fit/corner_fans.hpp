@@ -19,15 +19,10 @@ struct CornerFan {
 /// triangles do not match along a leg, where several legs begin alike, and for legs that end alone.
 std::vector<CornerFan> find_corner_fans(const Domain& domain, const CurveNet& net);
 
-/// By how many cells along an edge there are more or fewer than suits a curve's angle: one for each right
-/// angle.
-double cells_misfit(const SurfaceMesh::Edge& edge, const CurveAngle& angle);
-
 /// A first edge for each of an anchor's legs at a vertex.
 struct RingChoice {
     std::vector<Index> neighbour; ///< per leg of net.anchor_leg[anchor]; empty: no choice
     double sectors = 0;           ///< by how much the numbers of quads between them differ from the angles
-    double cells = 0;             ///< mean cells_misfit() of the edges to them
 };
 
 /// Looks for the choice with the least sum of squared angles (radians) between legs and edges, of what
@@ -35,15 +30,14 @@ struct RingChoice {
 /// cost: the squared logarithm of the angle for each, in units of 90 degrees.
 class RingChooser {
   public:
-    RingChooser(const SurfaceMesh& surface, const std::vector<Point>& placed, const Domain& domain,
-                const CurveNet& net, const std::vector<CornerFan>& fans);
+    RingChooser(const SurfaceMesh& surface, const std::vector<Point>& placed, const CurveNet& net,
+                const std::vector<CornerFan>& fans);
     RingChoice choose(Index anchor, Index vertex,
                       const std::function<double(Index neighbour, Index leg)>& extra) const;
 
   private:
     const SurfaceMesh& surface_;
     const std::vector<Point>& placed_;
-    const Domain& domain_;
     const CurveNet& net_;
     const std::vector<CornerFan>& fans_;
 };

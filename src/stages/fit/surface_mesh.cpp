@@ -39,7 +39,7 @@ void add_edges(SurfaceMesh& surface) {
     std::sort(sides.begin(), sides.end());
     surface.quad_edge.resize(surface.quad.size());
     for (std::size_t i = 0; i < sides.size();) {
-        SurfaceMesh::Edge edge{sides[i].a, sides[i].b, {kNoIndex, kNoIndex}, false, 0};
+        SurfaceMesh::Edge edge{sides[i].a, sides[i].b, {kNoIndex, kNoIndex}, false};
         std::size_t end = i;
         while (end < sides.size() && sides[end].a == edge.a && sides[end].b == edge.b) {
             if (end - i < 2) edge.quad[end - i] = sides[end].quad;
@@ -62,16 +62,6 @@ Csr<Index> make_csr(std::size_t rows, const Fill& for_all) {
     std::vector<std::size_t> next(csr.offset.begin(), csr.offset.end() - 1);
     for_all([&](Index row, Index item) { csr.item[next[row]++] = item; });
     return csr;
-}
-
-/// Cells with both ends of an edge.
-void count_cells(const Topology& topology, SurfaceMesh& surface) {
-    for (SurfaceMesh::Edge& edge : surface.edge) {
-        if (!edge.ridge_allowed) continue;
-        for (const CellCorner& at_a : topology.vertex_cell[surface.vertex[edge.a]])
-            for (const CellCorner& at_b : topology.vertex_cell[surface.vertex[edge.b]])
-                edge.cells += at_a.cell == at_b.cell;
-    }
 }
 
 void link_levels(const HexMesh& mesh, SurfaceMesh& surface) {
@@ -120,7 +110,6 @@ SurfaceMesh extract_surface(const HexMesh& mesh, const Topology& topology) {
         surface.size[v] /= static_cast<double>(surface.vertex_edge[v].size());
     }
     link_levels(mesh, surface);
-    count_cells(topology, surface);
     return surface;
 }
 

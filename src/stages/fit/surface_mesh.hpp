@@ -16,7 +16,6 @@ struct SurfaceMesh {
         Index a, b;                ///< local vertices, a < b
         std::array<Index, 2> quad; ///< beside it; kNoIndex: none
         bool ridge_allowed;        ///< two quads, and neither end hangs
-        int cells = 0;             ///< that have the edge, where a ridge is allowed
     };
     std::vector<Index> vertex; ///< local to mesh vertex, rising
     std::vector<Index> local;  ///< mesh to local vertex, kNoIndex inside
