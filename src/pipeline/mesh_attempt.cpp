@@ -4,6 +4,7 @@
 #include "mesh/validate_structure.hpp"
 #include "pipeline/carry_positions.hpp"
 #include "pipeline/mesh_progress.hpp"
+#include "pipeline/refine_to_count.hpp"
 #include "pipeline/repair_cells.hpp"
 #include "pipeline/trim_rounds.hpp"
 #include "quality/cell_quality.hpp"
@@ -48,7 +49,7 @@ Status fit_domain(OctreeStore& octree, const Domain& whole, const Domain& domain
         begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
         auto trimmed = take_or(counts.trimmed, [&] {
             return clock.run("trim", [&] {
-                return trim_in_rounds(refined, whole, options.trim, counts.trims, context, leak);
+                return trim_in_rounds(refined, whole, trim_options(options), counts.trims, context, leak);
             });
         });
         if (!trimmed) return trimmed.error();

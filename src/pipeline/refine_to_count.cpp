@@ -16,7 +16,7 @@ constexpr double kFewFinished = 0.8,
 constexpr double kMost = 1.4;          ///< of what is wanted, with repairs
 constexpr int kTrials = 5;             ///< of sizes, for one promise of what leaves come to
 /// With fewer cells what steep chords and narrow places take cannot be told beforehand: chords are always
-/// followed then, narrow places never refined.
+/// followed then, narrow places never refined, thin walls without layers of cells.
 constexpr double kLeastForeseen = 20000;
 constexpr int kMostFitted = 2; ///< octrees of about the size wanted; one more where layers change with it
 constexpr double kLargelyBare = 0.1;
@@ -77,8 +77,8 @@ class CountSearch {
             if (!refined) return refined.error();
             CountedOctree counted{std::move(*refined), {}, {}, {}};
             auto trimmed = clock.run("trim", [&] {
-                return trim_in_rounds(counted.refined, domain_, options_.trim, counted.rounds, context_,
-                                      leak_, narrow_levels());
+                return trim_in_rounds(counted.refined, domain_, trim_options(options_), counted.rounds,
+                                      context_, leak_, narrow_levels());
             });
             if (!trimmed) return trimmed.error();
             counted.trimmed = std::move(*trimmed);
@@ -273,6 +273,13 @@ class CountSearch {
 };
 
 } // namespace
+
+TrimOptions trim_options(const MeshOptions& options) {
+    TrimOptions how = options.trim;
+    if (!options.refine.surface.is_given() && wanted_cells(options.refine) < kLeastForeseen)
+        how.thinnest_wall_h = 0;
+    return how;
+}
 
 Result<CountedOctree> refine_to_count(const Domain& domain, const MeshOptions& options, StageClock& clock,
                                       Context& context, LeakPath* leak) {

@@ -15,6 +15,10 @@ struct CountedOctree {
     std::optional<FitOutput> fitted;
 };
 
+/// How octrees are trimmed: as options.trim says, but where fewer than 20,000 cells are wanted thin walls get
+/// no layers of cells, as what these take cannot be told beforehand.
+TrimOptions trim_options(const MeshOptions& options);
+
 /// Refines such that the finished mesh has about as many cells as wanted: as refine(), but what counts is
 /// what trimming keeps, the buffer layers, as a small mesh that is fitted shows them, and what repairs will
 /// add. Room for these is left: RefineOutput::max_cells is where they would lead too far beyond what is
