@@ -450,7 +450,7 @@ std::vector<MeshKey> stage_keys() {
         number(
             "trim.thinnest_wall", "--thinnest-wall",
             "Thickness in cell sizes down to which walls that the cells' centres would miss get a layer of "
-            "cells (not with --cells below 20000); 0: none",
+            "cells (not with --cells below 20000, seeds or the rule strict); 0: none",
             {0, 1}, HEXOPT_FIELD(options.trim.thinnest_wall_h)),
         seeds_key(),
         number("trim.part_fraction", "--part-fraction",

@@ -19,7 +19,7 @@ constexpr int kTrials = 5;             ///< of sizes, for one promise of what le
 /// followed then, narrow places never refined, thin walls without layers of cells.
 constexpr double kLeastForeseen = 20000;
 constexpr int kMostFitted = 2; ///< octrees of about the size wanted; one more where layers change with it
-constexpr double kLargelyBare = 0.1;
+constexpr double kLargelyBare = 0.1; ///< share of the surface; larger cells are not tried then
 /// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
 /// more than on the size.
 constexpr double kProbeShare = 0.12, kLeastProbe = 1500, kMostProbe = 10e3;

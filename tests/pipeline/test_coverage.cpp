@@ -9,6 +9,13 @@ using namespace hexopt;
 
 namespace {
 
+TriangleSoup two_plates(double thickness) {
+    TriangleSoup plates;
+    test::append_box(plates, {0, 0, 0}, {12, 12, thickness});
+    test::append_box(plates, {0, 0, 3}, {12, 12, 3 + thickness});
+    return plates;
+}
+
 /// A block with a plate beside it, as one surface.
 TriangleSoup block_and_plate(double thickness) {
     TriangleSoup soup;
@@ -124,17 +131,15 @@ TEST_CASE("a wall that no allowed level resolves is left alone and refused") {
     CHECK(refused.error().one_line().find("--size 0.033") != std::string::npos);
 }
 
-TEST_CASE("a surface that is too thin for any cell is refused with its thickness, whatever asks for cells") {
-    TriangleSoup plate;
-    test::append_box(plate, {0, 0, 0}, {12, 12, 0.02});
-    test::append_box(plate, {0, 0, 3}, {12, 12, 3.02});
+TEST_CASE("a surface that is too thin for any cell is refused with its thickness, whatever asks for cells",
+          "[slow]") {
     MeshOptions options;
     SECTION("a size") { options.refine = cells_of(1, 0); }
     SECTION("a few of them") { options.refine.target_cells = 2000; }
     SECTION("many of them") { options.refine.target_cells = 50000; }
     StageClock clock;
     Context context(1);
-    const auto refused = mesh_surface(plate, options, clock, context);
+    const auto refused = mesh_surface(two_plates(0.02), options, clock, context);
     REQUIRE_FALSE(refused);
     CHECK(refused.error().code == ErrorCode::no_valid_mesh);
     CHECK(refused.error().one_line().find("near (") != std::string::npos);
@@ -142,14 +147,11 @@ TEST_CASE("a surface that is too thin for any cell is refused with its thickness
 }
 
 TEST_CASE("walls that fit between the planes of the lattice are meshed one cell thick, without layers") {
-    TriangleSoup plate;
-    test::append_box(plate, {0, 0, 0}, {12, 12, 0.4});
-    test::append_box(plate, {0, 0, 3}, {12, 12, 3.4});
     MeshOptions options;
     options.refine = cells_of(0.4, 0);
     StageClock clock;
     Context context(1);
-    const auto meshed = mesh_surface(plate, options, clock, context);
+    const auto meshed = mesh_surface(two_plates(0.4), options, clock, context);
     REQUIRE(meshed);
     REQUIRE(meshed->buffer);
     CHECK(meshed->buffer->spared == 12);

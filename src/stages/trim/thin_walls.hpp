@@ -15,7 +15,7 @@ struct WallCell {
 };
 
 /// Cells at bare spots that the surface half-way between the two sides of a wall goes through, where the wall
-/// is thinner than kThickest_h cells and not thinner than `thinnest_h` (> 0). Kept they are a closed layer
+/// is thinner than 1.8 cells and not thinner than `thinnest_h` (> 0). Kept they are a closed layer
 /// one or two cells thick all over the wall: of a plane all cells that it meets are face-connected round
 /// every vertex, and so are the others on either side of it. Rising.
 std::vector<WallCell> find_wall_cells(const HexMesh& mesh, const CellGraph& graph, const CellSides& sides,
