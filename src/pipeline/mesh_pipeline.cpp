@@ -9,6 +9,7 @@
 #include "pipeline/mesh_pictures.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/planar_job.hpp"
+#include "pipeline/quality_fields.hpp"
 #include "render/png.hpp"
 
 #include <algorithm>
@@ -23,8 +24,11 @@ Status write_results(const MeshJob& job, StageClock& clock, MeshJobResult& resul
     const MeshOutcome& outcome = result.outcome;
     WriteOptions writing = job.write;
     if (outcome.planar) writing.empty_patches = outcome.planar->empty_patches;
-    Status written =
-        clock.run("write", [&] { return write_mesh(job.output, outcome.mesh, {}, writing, context); });
+    Status written = clock.run("write", [&] {
+        std::vector<FieldData> fields;
+        add_quality_fields(fields, job.output, outcome.mesh, context.parallel());
+        return write_mesh(job.output, outcome.mesh, fields, writing, context);
+    });
     if (!written) return written;
     result.written.push_back(job.output);
     if (!job.picture.empty()) {

@@ -6,6 +6,7 @@
 #include "io/write_openfoam.hpp"
 #include "pipeline/check_outputs.hpp"
 #include "pipeline/optimize_pictures.hpp"
+#include "pipeline/quality_fields.hpp"
 #include "render/png.hpp"
 
 #include <nlohmann/json.hpp>
@@ -22,10 +23,12 @@ Status write_picture(const OptimizeJob& job, const HexMesh& mesh, const std::vec
 }
 
 /// Writes what the job asks for. `context` is one that is not cancelled.
-Status write_results(const OptimizeJob& job, const MeshFile& file, const std::vector<Point>& start,
+Status write_results(const OptimizeJob& job, MeshFile& file, const std::vector<Point>& start,
                      StageClock& clock, OptimizeJobResult& result, Context& context) {
-    Status written =
-        clock.run("write", [&] { return write_mesh(job.output, file.mesh, file.fields, {}, context); });
+    Status written = clock.run("write", [&] {
+        add_quality_fields(file.fields, job.output, file.mesh, context.parallel());
+        return write_mesh(job.output, file.mesh, file.fields, {}, context);
+    });
     if (!written) return written;
     result.written.push_back(job.output);
     if (!job.picture.empty()) {

@@ -1,8 +1,12 @@
 #include "io/mesh_io.hpp"
 #include "io/scratch.hpp"
 #include "pipeline/optimize_pipeline.hpp"
+#include "pipeline/quality_fields.hpp"
 #include "pipeline/tangled_mesh.hpp"
 
+#include "quality/cell_quality.hpp"
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 using namespace hexopt;
@@ -39,7 +43,7 @@ TEST_CASE("a job writes the mesh it measured, keeps the input's arrays, and repo
     const ValidityCounts counts = compute_validity(written->mesh, context.parallel());
     CHECK(counts.is_valid());
     CHECK(counts.min_scaled_jacobian == result->outcome.after.validity.min_scaled_jacobian);
-    REQUIRE(written->fields.size() == 1);
+    REQUIRE(written->fields.size() == 4);
     CHECK(written->fields[0].values == numbers);
 
     const auto report = nlohmann::json::parse(slurp(job.report));
@@ -57,6 +61,51 @@ TEST_CASE("a job writes the mesh it measured, keeps the input's arrays, and repo
     CHECK(stages == std::vector<std::string>{"read", "device", "structure", "hanging", "topology",
                                              "quality_before", "surface", "optimize", "quality_after",
                                              "deviation", "write"});
+}
+
+TEST_CASE("a job writes each cell's quality anew, where the format holds arrays") {
+    Scratch scratch;
+    const HexMesh mesh = tangled_mesh("grid", 0.2, 5);
+    const std::vector<double> stale(mesh.cell_count(), 7);
+    for (const char* name : {"out.vtu", "out.vtk"}) {
+        OptimizeJob job = make_job(scratch, mesh, {{"scaled_jacobian", FieldLocation::cell, 1, stale}});
+        job.output = scratch / name;
+        Context context(1);
+        REQUIRE(run_optimize_job(job, context));
+        const auto written = read_mesh_file(job.output, context);
+        REQUIRE(written);
+        REQUIRE(written->fields.size() == 3);
+        CHECK(written->fields[0].name == "scaled_jacobian");
+        CHECK(written->fields[1].name == "min_dihedral");
+        CHECK(written->fields[2].name == "valid");
+        for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
+            const CellQuality quality = compute_cell_quality(cell_points(written->mesh, c));
+            CHECK(written->fields[0].values[c] == static_cast<float>(quality.validity.scaled_jacobian));
+            CHECK(written->fields[1].values[c] == static_cast<float>(quality.min_dihedral));
+            CHECK(written->fields[2].values[c] == 1);
+        }
+    }
+    OptimizeJob job = make_job(scratch, mesh);
+    job.output = scratch / "out.mesh";
+    Context context(1);
+    std::vector<std::string> said;
+    context.set_log_sink([&](LogLevel level, std::string_view text) {
+        if (level != LogLevel::debug) said.emplace_back(text);
+    });
+    REQUIRE(run_optimize_job(job, context));
+    for (const std::string& line : said) CHECK(line.find("scaled_jacobian") == std::string::npos);
+}
+
+TEST_CASE("what is concave is not marked valid") {
+    HexMesh mesh = tangled_mesh("grid", 0.2, 5);
+    std::vector<FieldData> fields;
+    add_quality_fields(fields, "mesh.vtu", mesh, Parallel(2));
+    const auto& valid = fields.at(2).values;
+    std::size_t usable = 0;
+    for (std::size_t c = 0; c < mesh.cell_count(); ++c)
+        usable += compute_cell_validity(cell_points(mesh, c)).is_usable();
+    CHECK(static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 1.0)) == usable);
+    CHECK(usable < mesh.cell_count());
 }
 
 TEST_CASE("a cancelled job writes only if asked to") {
