@@ -17,7 +17,7 @@ struct Geometry {
     Maker make;
 };
 
-constexpr std::array<Geometry, 12> kGeometries = {{
+constexpr std::array<Geometry, 13> kGeometries = {{
     {{"cylinder", "straight pipe", 48, false}, "", geometry::make_cylinder},
     {{"three-pipe-joint", "three pipes of different width that meet in a ball", 48, false},
      "",
@@ -31,6 +31,9 @@ constexpr std::array<Geometry, 12> kGeometries = {{
     {{"business-jet", "half of a jet with T-tail and nacelle in a box", 64, false},
      "",
      geometry::make_business_jet},
+    {{"wing-body", "half of an airliner's wing, body, pylon and open nacelle in a box", 64, false},
+     "",
+     geometry::make_wing_body},
     {{"front-wing", "half of a racing car's front wing and nose over the ground", 48, false},
      "",
      geometry::make_front_wing},

@@ -23,6 +23,7 @@ Result<Solid> make_multi_element_slab(const GeometryOptions& options, Context& c
 Result<Solid> make_cooled_blade(const GeometryOptions& options, Context& context);
 Result<Solid> make_wing(const GeometryOptions& options, Context& context);
 Result<Solid> make_business_jet(const GeometryOptions& options, Context& context);
+Result<Solid> make_wing_body(const GeometryOptions& options, Context& context);
 
 /// A wing or fin between straight edges: sections of an outline of chord 1, along a span in `steps` pieces.
 struct WingShape {

@@ -143,6 +143,26 @@ Result<Solid> make_wing(const GeometryOptions& options, Context& context) {
     return BooleanSolid(make_half_box({-10, 0, -10}, {16, 12, 10})).subtract(*wing).finish();
 }
 
+Result<Solid> make_wing_body(const GeometryOptions& options, Context&) {
+    const auto outline = [&](const char* code) { return make_naca(code, options.size / 3).value(); };
+    const WingShape wing{outline("2412"), {6, -0.3, -0.6}, {10.6, 8.9, 0.17}, 3.6, 1, 2, -2, {0, 0, 1}, 8,
+                         "wing",          "wing_tip"};
+    const WingShape pylon{outline("0009"), {6.6, 3.2, -1.2}, {7.5, 3.2, -0.3}, 1.9, 1.7, 0, 0, {0, 1, 0}, 2,
+                          "pylon",         "pylon"};
+    const Result<Solid> wing_solid = make_wing_solid(wing), pylon_solid = make_wing_solid(pylon);
+    if (!wing_solid) return wing_solid;
+    if (!pylon_solid) return pylon_solid;
+    BooleanSolid body(make_fuselage(options.size));
+    body.unite(*wing_solid).unite(*pylon_solid);
+    const Result<Solid> whole = body.unite(make_nacelle(options.size, {6.1, 3.2, -1.3})).finish();
+    if (!whole) return whole;
+    // What flows through the nacelle.
+    const Profile duct{{{-0.1, 0}, {-0.1, 0.33}, {2.9, 0.33}, {2.9, 0}}, {"nacelle_duct"}};
+    const Solid bore =
+        transformed(revolve(duct, options.size), glm::translate(glm::dmat4(1), glm::dvec3(6.1, 3.2, -1.3)));
+    return BooleanSolid(make_half_box({-30, 0, -30}, {60, 40, 30})).subtract(*whole).unite(bore).finish();
+}
+
 Result<Solid> make_business_jet(const GeometryOptions& options, Context&) {
     const auto outline = [&](const char* code) { return make_naca(code, options.size / 3).value(); };
     const Point nacelle(11, 1.95, 0.75);
