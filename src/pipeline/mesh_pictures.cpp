@@ -2,6 +2,7 @@
 
 #include "mesh/topology.hpp"
 #include "render/html_report.hpp"
+#include "render/outer_box.hpp"
 #include "render/png.hpp"
 #include "render/render_mesh.hpp"
 
@@ -16,6 +17,13 @@ constexpr PictureSize kHalf = {1000, 750};
 RenderOptions outside_view() {
     RenderOptions options;
     options.size = kHalf;
+    return options;
+}
+
+/// The surface, of a flow in a box that of the body.
+RenderOptions surface_view(const HexMesh& mesh, const Topology& topology) {
+    RenderOptions options = outside_view();
+    options.without_box = has_outer_box(mesh, topology);
     return options;
 }
 
@@ -36,7 +44,7 @@ void paste(const Image& source, int left, Image& target) {
 
 Result<Image> draw_whole_and_cut(const HexMesh& mesh, Context& context) {
     const Topology topology = compute_topology(mesh, context.parallel());
-    const Result<Image> whole = render_mesh(mesh, topology, outside_view(), context);
+    const Result<Image> whole = render_mesh(mesh, topology, surface_view(mesh, topology), context);
     if (!whole) return whole;
     const Result<Image> cut = draw_cut(mesh, topology, context);
     if (!cut) return cut;
@@ -48,12 +56,15 @@ Result<Image> draw_whole_and_cut(const HexMesh& mesh, Context& context) {
 
 Result<std::string> make_mesh_page(const nlohmann::json& report, const HexMesh& mesh, Context& context) {
     const Topology topology = compute_topology(mesh, context.parallel());
-    RenderOptions patches = outside_view(), worst = outside_view();
+    const RenderOptions surface = surface_view(mesh, topology);
+    RenderOptions patches = surface, worst = outside_view();
     patches.color = ColorBy::patch;
     worst.worst_count = 4;
     std::vector<ReportPicture> pictures;
-    const std::pair<std::string, RenderOptions> views[] = {
-        {"from outside", outside_view()}, {"patches", patches}, {"worst cells", worst}};
+    std::vector<std::pair<std::string, RenderOptions>> views = {{"from outside", outside_view()}};
+    if (surface.without_box) views.emplace_back("without the outer box", surface);
+    views.emplace_back("patches", patches);
+    views.emplace_back("worst cells", worst);
     for (const auto& [title, options] : views) {
         const Result<Image> image = render_mesh(mesh, topology, options, context);
         if (!image) return image.error();

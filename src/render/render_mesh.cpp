@@ -4,11 +4,13 @@
 #include "render/camera.hpp"
 #include "render/color_map.hpp"
 #include "render/legend.hpp"
+#include "render/outer_box.hpp"
 #include "render/visible_faces.hpp"
 #include "render/worst_cells.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unordered_map>
 
 namespace hexopt {
@@ -47,9 +49,45 @@ struct QuadHash {
 
 using PatchOfQuad = std::unordered_map<Quad, Index, QuadHash>;
 
+bool shows_surface_only(const RenderOptions& options) {
+    return options.without_box || !options.patches.empty();
+}
+
 Quad sorted(Quad quad) {
     std::sort(quad.begin(), quad.end());
     return quad;
+}
+
+PatchOfQuad find_patches(const HexMesh& mesh) {
+    PatchOfQuad patches;
+    for (const BoundaryQuad& quad : mesh.boundary) patches.emplace(sorted(quad.vertices), quad.patch);
+    return patches;
+}
+
+/// Leaves the boundary faces that options choose.
+void choose_surface(std::vector<VisibleFace>& faces, const HexMesh& mesh, const Topology& topology,
+                    const RenderOptions& options) {
+    std::erase_if(faces, [](const VisibleFace& f) { return f.is_cut; });
+    if (options.without_box) {
+        const std::vector<std::uint8_t> on_box = find_faces_on_box(mesh, topology);
+        std::vector<CellFace> left_out;
+        for (std::size_t i = 0; i < on_box.size(); ++i)
+            if (on_box[i]) left_out.push_back(topology.boundary_faces[i]);
+        std::sort(left_out.begin(), left_out.end());
+        std::erase_if(faces, [&](const VisibleFace& f) {
+            return std::binary_search(left_out.begin(), left_out.end(), f.face);
+        });
+    }
+    if (options.patches.empty()) return;
+    const PatchOfQuad patches = find_patches(mesh);
+    std::vector<std::uint8_t> is_shown(mesh.patch_names.size(), 0);
+    for (std::size_t p = 0; p < is_shown.size(); ++p)
+        is_shown[p] = std::find(options.patches.begin(), options.patches.end(), mesh.patch_names[p]) !=
+                      options.patches.end();
+    std::erase_if(faces, [&](const VisibleFace& f) {
+        const auto found = patches.find(sorted(face_vertices(mesh, f.face)));
+        return found == patches.end() || !is_shown[found->second];
+    });
 }
 
 /// Colours of faces, with the legend that explains them.
@@ -59,8 +97,7 @@ class Painter {
         if (by == ColorBy::quality) cells_ = compute_cell_validities(mesh, parallel);
         if (by == ColorBy::level && !mesh.level.empty())
             deepest_ = *std::max_element(mesh.level.begin(), mesh.level.end());
-        if (by == ColorBy::patch)
-            for (const BoundaryQuad& quad : mesh.boundary) patch_.emplace(sorted(quad.vertices), quad.patch);
+        if (by == ColorBy::patch) patch_ = find_patches(mesh);
     }
 
     Color color_of(const VisibleFace& visible) const {
@@ -107,8 +144,9 @@ class Painter {
     PatchOfQuad patch_;
 };
 
+/// both_sides: faces seen from behind are lit as from the front.
 Scene make_scene(const HexMesh& mesh, const std::vector<VisibleFace>& faces, const Painter& painter,
-                 const Camera& camera, float line_width, const Parallel& parallel) {
+                 const Camera& camera, float line_width, bool both_sides, const Parallel& parallel) {
     const double scale = camera.scale();
     Scene scene;
     scene.quads.resize(faces.size());
@@ -120,7 +158,9 @@ Scene make_scene(const HexMesh& mesh, const std::vector<VisibleFace>& faces, con
         double perimeter = 0;
         for (int k = 0; k < 4; ++k) quad.corner[k] = camera.project(p[k], scale);
         for (int k = 0; k < 4; ++k) perimeter += glm::length(p[(k + 1) % 4] - p[k]) * scale;
-        quad.fill = shade(painter.color_of(faces[i]), glm::cross(p[2] - p[0], p[3] - p[1]), camera.view());
+        Point normal = glm::cross(p[2] - p[0], p[3] - p[1]);
+        if (both_sides && glm::dot(normal, camera.view().toward) < 0) normal = -normal;
+        quad.fill = shade(painter.color_of(faces[i]), normal, camera.view());
         quad.edge_opacity = edge_opacity(perimeter / 4);
         quad.edge_width = line_width;
     });
@@ -134,6 +174,11 @@ Status check_options(const HexMesh& mesh, const RenderOptions& options) {
         return unusable("the mesh has no refinement levels to colour by");
     if (options.color == ColorBy::patch && mesh.boundary.empty())
         return unusable("the mesh names no patches to colour by");
+    for (const std::string& name : options.patches)
+        if (std::find(mesh.patch_names.begin(), mesh.patch_names.end(), name) == mesh.patch_names.end())
+            return unusable(fmt::format(
+                "the mesh has no patch '{}'; it has {}", name,
+                mesh.patch_names.empty() ? "none" : fmt::format("{}", fmt::join(mesh.patch_names, ", "))));
     return Done{};
 }
 
@@ -146,8 +191,11 @@ Result<Image> render_mesh(const HexMesh& mesh, const Topology& topology, const R
     if (options.worst_count > 0) return render_worst_cells(mesh, topology, options, context);
 
     const std::vector<std::uint8_t> keep = cells_to_keep(mesh, options.clips, parallel);
-    const std::vector<VisibleFace> faces = find_visible_faces(mesh, topology, keep, parallel);
+    std::vector<VisibleFace> faces = find_visible_faces(mesh, topology, keep, parallel);
     if (faces.empty()) return unusable("the clips leave no cells");
+    const bool surface_only = shows_surface_only(options);
+    if (surface_only) choose_surface(faces, mesh, topology, options);
+    if (faces.empty()) return unusable("no boundary faces are left to draw");
 
     const Layout layout = lay_out(options.size, options.color != ColorBy::none);
     Camera camera(options.view, layout.model);
@@ -158,7 +206,8 @@ Result<Image> render_mesh(const HexMesh& mesh, const Topology& topology, const R
 
     Image image(options.size.width, options.size.height, kBackground);
     const auto line_width = 0.7f * static_cast<float>(layout.text_scale);
-    rasterise(make_scene(mesh, faces, painter, camera, line_width, parallel), layout.model, image, parallel);
+    rasterise(make_scene(mesh, faces, painter, camera, line_width, surface_only, parallel), layout.model,
+              image, parallel);
     draw_axes(image, layout, options.view, parallel);
     painter.explain(image, layout,
                     {fmt::format("{} cells, {} vertices", mesh.cell_count(), mesh.vertex_count())}, parallel);

@@ -35,6 +35,8 @@ TEST_CASE("the render command draws and refuses") {
     CHECK(run(base + " --size 128x128 --clip -x=0.25 --worst 1 --view -z") == 0);
     CHECK(run(base + " --color sparkle") == 2);
     CHECK(run(base + " --color patch") == 2);
+    CHECK(run(base + " --patches wall") == 2);
+    CHECK(run(base + " --without-box") == 2);
     CHECK(run(base + " --clip q=1") == 2);
     CHECK(run(base + " --view up") == 2);
     CHECK(run(base + " --size 1x1") == 2);

@@ -1,11 +1,15 @@
 #include "render/render_mesh.hpp"
 
 #include "render/color_map.hpp"
+#include "render/outer_box.hpp"
+#include "render/png.hpp"
 #include "samples/grid.hpp"
 #include "samples/samples.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 using namespace hexopt;
 
@@ -136,4 +140,86 @@ TEST_CASE("what cannot be drawn is a usage error") {
     options = small_picture();
     options.worst_count = 101;
     CHECK_FALSE(draw(mesh, options));
+}
+
+namespace {
+
+/// A box of cells with one taken out of its middle.
+HexMesh box_with_hole() {
+    HexMesh mesh = *make_grid({.cells = {5, 5, 5}}, Parallel(1));
+    const auto is_middle = [&](const Cell& cell) {
+        Point centre(0);
+        for (Index v : cell) centre += mesh.positions[v] / 8.0;
+        return glm::length(centre - Point(0.5)) < 1e-6;
+    };
+    std::erase_if(mesh.cells, is_middle);
+    mesh.level.clear();
+    mesh.patch_names = {"box", "body"};
+    mesh.boundary.clear();
+    const Topology topology = compute_topology(mesh);
+    const std::vector<std::uint8_t> on_box = find_faces_on_box(mesh, topology);
+    for (std::size_t i = 0; i < on_box.size(); ++i)
+        mesh.boundary.push_back({face_vertices(mesh, topology.boundary_faces[i]), on_box[i] ? 0u : 1u});
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("the outer box of a flow is told from its body") {
+    const HexMesh flow = box_with_hole();
+    const Topology topology = compute_topology(flow);
+    const std::vector<std::uint8_t> on_box = find_faces_on_box(flow, topology);
+    CHECK(std::count(on_box.begin(), on_box.end(), 1) == 6 * 25);
+    CHECK(std::count(on_box.begin(), on_box.end(), 0) == 6);
+    CHECK(has_outer_box(flow, topology));
+    const HexMesh cube = *make_grid({.cells = {3, 3, 3}}, Parallel(1));
+    CHECK(!has_outer_box(cube, compute_topology(cube)));
+    Context context(1);
+    const HexMesh ball = *make_sample("octree-ball", {}, context);
+    CHECK(!has_outer_box(ball, compute_topology(ball)));
+}
+
+TEST_CASE("patches and what is within the box are drawn alone, from both sides") {
+    const HexMesh flow = box_with_hole();
+    RenderOptions all = small_picture();
+    all.color = ColorBy::patch;
+    const Image whole = *draw(flow, all);
+    CHECK(count_like(whole, patch_color(0)) > 3000);
+    CHECK(count_like(whole, patch_color(1)) < 30); // but for the legend hidden in the box
+    RenderOptions body = all, named = all;
+    body.without_box = true;
+    named.patches = {"body"};
+    const Image alone = *draw(flow, body), same = *draw(flow, named);
+    CHECK(count_like(alone, patch_color(1)) > 3000);
+    CHECK(count_like(alone, patch_color(0)) < 30);
+    CHECK(encode_png(alone) == encode_png(same));
+    // Its faces look into the hole, away from whoever sees them, and are no darker than the box's own.
+    RenderOptions plain = body, box = all;
+    plain.color = box.color = ColorBy::none;
+    const auto brightest = [](const Image& image) {
+        float most = 0;
+        for (int y = 60; y < image.height() - 60; ++y)
+            for (int x = 60; x < image.width() - 60; ++x) {
+                const Color c = image.get(x, y);
+                if (c.b < 0.99f) most = std::max(most, c.b);
+            }
+        return most;
+    };
+    CHECK(brightest(*draw(flow, plain)) > 0.95f * brightest(*draw(flow, box)));
+}
+
+TEST_CASE("choices of surfaces that leave nothing are refused") {
+    const HexMesh flow = box_with_hole();
+    RenderOptions options = small_picture();
+    options.patches = {"wing"};
+    const auto unknown = draw(flow, options);
+    REQUIRE(!unknown);
+    CHECK(unknown.error().code == ErrorCode::usage);
+    CHECK(unknown.error().one_line().find("it has box, body") != std::string::npos);
+    options.patches = {"box"};
+    options.without_box = true;
+    REQUIRE(!draw(flow, options));
+    const HexMesh cube = *make_grid({.cells = {3, 3, 3}}, Parallel(1));
+    options.patches.clear();
+    REQUIRE(!draw(cube, options));
 }

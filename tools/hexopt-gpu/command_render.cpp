@@ -11,7 +11,8 @@ namespace {
 
 struct RenderCommand {
     std::string mesh, output, view = "iso", size = "1600x1200";
-    std::vector<std::string> clips;
+    std::vector<std::string> clips, patches;
+    bool without_box = false;
     ColorBy color = ColorBy::quality;
     std::size_t worst = 0;
 };
@@ -30,6 +31,8 @@ Result<RenderOptions> parse(const RenderCommand& command) {
     options.view = *view;
     options.size = *size;
     options.color = command.color;
+    options.patches = command.patches;
+    options.without_box = command.without_box;
     options.worst_count = command.worst;
     return options;
 }
@@ -65,6 +68,14 @@ void add_render(CLI::App& app, Session& session) {
             "may be repeated")
         ->type_name("[-]AXIS=FRACTION")
         ->take_all();
+    command
+        ->add_option("--patches", options->patches,
+                     "Draw only the surfaces of these patches; may be repeated")
+        ->type_name("NAME")
+        ->delimiter(',');
+    command->add_flag(
+        "--without-box", options->without_box,
+        "Leave out what lies in the sides of the bounding box, as the outer box of a flow does");
     const std::map<std::string, ColorBy> colors = {{"quality", ColorBy::quality},
                                                    {"level", ColorBy::level},
                                                    {"patch", ColorBy::patch},
