@@ -148,11 +148,13 @@ Result<std::vector<T>> read_array(Backend& backend, const Buffer& buffer, std::s
 
 enum class CpuOrder {
     serial,
-    parallel,
+    scalar,   ///< over all threads, one work item after the other in each: the kernels as they are written
+    parallel, ///< over all threads, several work items at once where a kernel's pack function can
     shuffled, ///< one thread, work items in a fixed random order: what depends on order shows itself
 };
 
-/// Runs kernels on the host. `parallel` is used with CpuOrder::parallel and must outlive the backend.
+/// Runs kernels on the host. `parallel` is used with CpuOrder::scalar and parallel and must outlive the
+/// backend.
 std::unique_ptr<Backend> create_cpu_backend(const Parallel& parallel, CpuOrder order = CpuOrder::parallel,
                                             Faults faults = {});
 

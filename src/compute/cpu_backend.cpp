@@ -122,7 +122,8 @@ class CpuBackend final : public Backend {
             const FlushDenormals flush;
             function(args.data(), 0, command.count, nullptr);
         } else {
-            const PackFunction packs = pack_function(*command.kernel);
+            const PackFunction packs =
+                order_ == CpuOrder::parallel ? pack_function(*command.kernel) : nullptr;
             const std::size_t chunk = command.kernel->cooperative ? 1 : kChunk;
             parallel_.for_chunks(command.count, chunk, [&](std::size_t begin, std::size_t end) {
                 const FlushDenormals flush;

@@ -67,6 +67,7 @@ TEST_CASE("driver: order of work, number of threads and Vulkan change no bit", "
     const Parallel one(1), three(3);
     const Outcome serial = run_on(*create_cpu_backend(one, CpuOrder::serial), sample);
     CHECK(run_on(*create_cpu_backend(three, CpuOrder::parallel), sample).positions == serial.positions);
+    CHECK(run_on(*create_cpu_backend(three, CpuOrder::scalar), sample).positions == serial.positions);
     CHECK(run_on(*create_cpu_backend(one, CpuOrder::shuffled), sample).positions == serial.positions);
     CHECK(run_on(*create_cpu_backend(one, CpuOrder::serial), sample, Precision::f64, 2).positions ==
           run_on(*create_cpu_backend(one, CpuOrder::shuffled), sample, Precision::f64, 2).positions);

@@ -42,7 +42,7 @@ Result<bool> validate(const LoadedMesh& loaded, Backend& tested, const ValidateC
                           "every vertex lies on the boundary; take a mesh with inner vertices");
     const auto surface = build_boundary_model(loaded.mesh, loaded.topology, {}, context);
     if (!surface) return surface.error();
-    const auto cpu = create_cpu_backend(context.parallel(), CpuOrder::serial);
+    const auto cpu = create_cpu_backend(context.parallel(), CpuOrder::scalar);
     const Budget budget(OptimizeOptions{}, context);
     bool within = true;
     for (Precision precision : precisions_of(options.precision, tested.capabilities())) {
@@ -64,7 +64,9 @@ void run(const ValidateCommand& options, Session& session) {
     if (!backend)
         backend = create_cpu_backend(context.parallel(),
                                      options.shuffled ? CpuOrder::shuffled : CpuOrder::parallel);
-    session.say("reference: cpu, one thread; tested: " + opened->choice.reason);
+    session.say(fmt::format("reference: cpu, scalar kernels, {} thread{}; tested: {}",
+                            context.parallel().threads(), context.parallel().threads() == 1 ? "" : "s",
+                            opened->choice.reason));
     const auto loaded = load_mesh(options.mesh, context);
     if (!loaded) return session.fail(loaded.error());
     const auto within = validate(*loaded, *backend, options, session);
