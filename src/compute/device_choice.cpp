@@ -59,7 +59,7 @@ Result<DeviceChoice> choose_by_name(const std::string& request, Precision precis
 
 Result<DeviceChoice> choose_device(const std::string& request, Precision precision,
                                    const std::vector<VulkanDeviceInfo>& devices, const Error* absent) {
-    if (request == "cpu") return DeviceChoice{true, -1, "cpu: as asked for"};
+    if (request == "cpu") return DeviceChoice{true, -1, "cpu: the host's vectorised code"};
     const VulkanDeviceInfo* best = best_of(devices, precision);
     if (request == "auto") {
         if (best && is_real_gpu(*best)) return choice_of(*best, "the best GPU by type");

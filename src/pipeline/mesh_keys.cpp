@@ -322,7 +322,8 @@ MeshKey time_key() {
 MeshKey device_key() {
     return {"optimize.device",
             "--device",
-            "Where the mesh is optimized on the surface: auto (a GPU, else the host's vectorised code), cpu, "
+            "Where the mesh is optimized on the surface: cpu (the host's vectorised code), auto (a GPU, else "
+            "cpu), "
             "vulkan, or index or part of the name of one that hexopt-gpu devices lists",
             Kind::word,
             "DEVICE",

@@ -68,8 +68,9 @@ struct MeshOptions {
         fitted.max_deviation_rel = 0.1;
         return fitted;
     }();
-    /// Where attempts are optimized on the surface; what settles them is computed by the host.
-    ComputeRequest compute;
+    /// Where attempts are optimized on the surface; what settles them is computed by the host. Devices do not
+    /// know the sizes of cells, and parts of a few thousand cells do not fill them.
+    ComputeRequest compute = {"cpu"};
     /// Whether boundary vertices are moved onto the exact faces, edges and vertices of CAD files at the end.
     bool cad_projection = true;
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
