@@ -93,6 +93,28 @@ double largest_rel(const std::vector<Point>& a, const std::vector<Point>& b) {
 
 } // namespace
 
+TEST_CASE("a problem and its balls are the same with any number of threads") {
+    const SampleProblem sample(GENERATE(0, 1) == 0 ? perturbed_cube(24, 0.2)
+                                                   : sample_mesh("octree-sphere", 0.2, 12));
+    REQUIRE(sample.mesh.cell_count() > 2 * 4096); // so that there are several chunks
+    std::vector<std::uint8_t> movable(sample.mesh.vertex_count());
+    for (std::size_t v = 0; v < movable.size(); ++v) movable[v] = !sample.topology.on_boundary[v];
+    const Parallel three(3);
+    const Problem parallel(sample.mesh, sample.topology, movable, kAllTets, {}, three);
+    const auto same = [](auto a, auto b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); };
+    CHECK(same(parallel.cell_id(), sample.problem->cell_id()));
+    CHECK(same(parallel.tet_mask(), sample.problem->tet_mask()));
+    CHECK(parallel.cell_dof().offset == sample.problem->cell_dof().offset);
+    CHECK(parallel.cell_dof().item == sample.problem->cell_dof().item);
+    const DofBalls one_by_one = compute_dof_balls(*sample.problem);
+    const DofBalls together = compute_dof_balls(parallel, three);
+    CHECK(together.offset == one_by_one.offset);
+    CHECK(together.item == one_by_one.item);
+    CHECK(together.pattern == one_by_one.pattern);
+    CHECK(together.colours.item == one_by_one.colours.item);
+    CHECK((one_by_one.pattern.size() > 64) == !sample.mesh.hanging.empty());
+}
+
 TEST_CASE("kernels: Vulkan gives the host's bits on conforming cells", "[gpu]") {
     const ValidatedVulkan vulkan;
     if (!vulkan) return;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "stages/optimize/chunk_schedule.hpp"
 #include "stages/optimize/problem.hpp"
 
 #include <glm/mat3x3.hpp>

@@ -16,6 +16,8 @@ using compute::Precision;
 
 namespace {
 
+constexpr std::size_t kCellChunk = 4096;
+
 using Pattern = std::array<double, 8>;
 
 // Rows 0..7 are the single corners; others are found as they occur.
@@ -63,8 +65,23 @@ Pattern pattern_of(const Problem& problem, const Cell& cell, Index dof) {
     return pattern;
 }
 
-void collect_balls(const Problem& problem, DofBalls& balls) {
+// The same of all dofs of a cell with itself as row, where one corner and no other makes it; else kNoIndex.
+void find_single_corners(const Problem& problem, std::size_t cell, std::span<std::uint32_t> rows) {
+    const auto dofs = problem.cell_dof()[cell];
+    for (std::size_t i = 0; i < dofs.size(); ++i) {
+        rows[i] = kNoIndex;
+        int corners = problem.cell_has_hanging(cell) ? 2 : 0;
+        for (std::uint32_t k = 0; k < 8 && corners < 2; ++k)
+            if (problem.vertex_dof(problem.cell(cell)[k]) == dofs[i]) rows[i] = ++corners == 1 ? k : kNoIndex;
+    }
+}
+
+void collect_balls(const Problem& problem, DofBalls& balls, const Parallel& parallel) {
     const Csr<Index>& cell_dof = problem.cell_dof();
+    std::vector<std::uint32_t> rows(cell_dof.item.size());
+    parallel.for_each(problem.cell_count(), kCellChunk, [&](std::size_t c) {
+        find_single_corners(problem, c, std::span(rows).subspan(cell_dof.offset[c], cell_dof[c].size()));
+    });
     balls.offset.assign(problem.dof_count() + 1, 0);
     for (Index dof : cell_dof.item) ++balls.offset[dof + 1];
     for (std::size_t d = 0; d < problem.dof_count(); ++d) balls.offset[d + 1] += balls.offset[d];
@@ -72,10 +89,12 @@ void collect_balls(const Problem& problem, DofBalls& balls) {
     std::vector<std::uint32_t> next(balls.offset.begin(), balls.offset.end() - 1);
     PatternTable table;
     for (std::size_t c = 0; c < problem.cell_count(); ++c)
-        for (Index dof : cell_dof[c]) {
+        for (std::size_t i = cell_dof.offset[c]; i < cell_dof.offset[c + 1]; ++i) {
+            const Index dof = cell_dof.item[i];
             const std::size_t entry = next[dof]++;
             balls.item[2 * entry] = static_cast<std::uint32_t>(c);
-            balls.item[2 * entry + 1] = table.row(pattern_of(problem, problem.cell(c), dof));
+            balls.item[2 * entry + 1] =
+                rows[i] != kNoIndex ? rows[i] : table.row(pattern_of(problem, problem.cell(c), dof));
         }
     balls.pattern = table.take();
 }
@@ -218,9 +237,9 @@ Result<Buffer> upload_points(compute::Backend& backend, Precision precision, std
     return compute::create_array<float>(backend, to_floats(local), label);
 }
 
-DofBalls compute_dof_balls(const Problem& problem) {
+DofBalls compute_dof_balls(const Problem& problem, const Parallel& parallel) {
     DofBalls balls;
-    collect_balls(problem, balls);
+    collect_balls(problem, balls, parallel);
     colour_dofs(problem, balls);
     return balls;
 }
@@ -320,7 +339,8 @@ Status DeviceProblem::find_neighbours() {
 }
 
 Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with, const Problem& of,
-                                            const DeviceFrame& in, std::span<const std::uint8_t> slides) {
+                                            const DeviceFrame& in, std::span<const std::uint8_t> slides,
+                                            const Parallel& parallel) {
     DeviceProblem device;
     device.backend = &on;
     device.precision = with;
@@ -329,7 +349,7 @@ Result<DeviceProblem> DeviceProblem::create(compute::Backend& on, Precision with
     device.vertex_count = static_cast<std::uint32_t>(of.mesh().vertex_count());
     device.cell_count = static_cast<std::uint32_t>(of.cell_count());
     device.dof_count = static_cast<std::uint32_t>(of.dof_count());
-    DofBalls balls = compute_dof_balls(of);
+    DofBalls balls = compute_dof_balls(of, parallel);
     device.colours = std::move(balls.colours);
     device.put_sliders_last(slides);
     const HangingRows rows = moving_rows(of);

@@ -14,7 +14,7 @@ struct DofBalls {
     Csr<std::uint32_t> colours;        ///< dofs of each colour, rising; two conflict where a cell has both
 };
 
-DofBalls compute_dof_balls(const Problem& problem);
+DofBalls compute_dof_balls(const Problem& problem, const Parallel& parallel = Parallel(1));
 
 /// How positions are kept on a device: (position - origin) / unit.
 struct DeviceFrame {
@@ -38,7 +38,8 @@ struct DeviceProblem {
     /// slides: per dof, what is left to DeviceSliders; empty: none.
     static Result<DeviceProblem> create(compute::Backend& backend, compute::Precision precision,
                                         const Problem& problem, const DeviceFrame& frame,
-                                        std::span<const std::uint8_t> slides = {});
+                                        std::span<const std::uint8_t> slides = {},
+                                        const Parallel& parallel = Parallel(1));
     /// In the frame of the problem, with the positions uploaded.
     static Result<DeviceProblem> create(compute::Backend& backend, compute::Precision precision,
                                         const Problem& problem, std::span<const Point> positions) {

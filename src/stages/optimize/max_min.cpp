@@ -84,7 +84,7 @@ class MaxMin {
         : movement_(movement), engine_(engine), positions_(positions), eps_(eps), work_left_(work),
           budget_(budget) {
         Problem whole(*movement.mesh, *movement.topology, movement.movable, movement.tets,
-                      movement.inverse_stretch);
+                      movement.inverse_stretch, budget.parallel());
         whole.update_lengths(positions, budget.parallel());
         cell_id_.assign(whole.cell_id().begin(), whole.cell_id().end());
         measure_ = measure_cells(whole, positions, budget.parallel());
@@ -167,7 +167,7 @@ class MaxMin {
         const auto moving = movable_neighbourhood(*movement_.mesh, *movement_.topology, movement_.movable,
                                                   seeds, max_min::kRings);
         return Problem(*movement_.mesh, *movement_.topology, moving, movement_.tets,
-                       movement_.inverse_stretch);
+                       movement_.inverse_stretch, budget_.parallel());
     }
 
     bool attempt(double theta, double shape_weight, MaxMinResult& result) {

@@ -10,6 +10,7 @@ namespace hexopt {
 namespace {
 
 constexpr std::size_t kEnergyChunk = 256;
+constexpr std::size_t kCellChunk = 256;
 constexpr int kMaxHalvings = 12;
 constexpr double kArmijo = 1e-4;
 /// A step is blocked where, halved so many times, less of its slope is left than this share.
@@ -40,8 +41,8 @@ HexGroup group_of(const Problem& problem, const Objective& objective, std::span<
 
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
-      gradient_(problem.dof_count()), step_(problem.dof_count()),
-      start_(problem.dof_count() + problem.hanging_rows().size()),
+      schedule_(problem.cell_dof(), problem.dof_count(), kCellChunk), gradient_(problem.dof_count()),
+      step_(problem.dof_count()), start_(problem.dof_count() + problem.hanging_rows().size()),
       freedom_(motion ? problem.dof_count() : 0) {
     problem.release_cell_dof();
 }
@@ -140,7 +141,7 @@ std::unique_ptr<Minimiser> HostEngine::open(Problem& problem, std::vector<Point>
 ObjectiveValue Newton::compute_gradient(const Objective& objective) {
     std::fill(gradient_.begin(), gradient_.end(), Point(0));
     std::vector<ObjectiveValue> partial(problem_.cell_count() / kEnergyChunk + 1, kNothing);
-    problem_.schedule().run(budget_.parallel(), [&](std::size_t begin, std::size_t end) {
+    schedule_.run(budget_.parallel(), [&](std::size_t begin, std::size_t end) {
         HexGradient cell;
         ObjectiveValue& sum = partial[begin / kEnergyChunk];
         for (std::size_t c = begin; c < end; c += kGroup) {
@@ -165,7 +166,7 @@ ObjectiveValue Newton::compute_gradient(const Objective& objective) {
 
 void Newton::assemble(const Objective& objective) {
     matrix_.set_zero();
-    problem_.schedule().run(budget_.parallel(), [&](std::size_t begin, std::size_t end) {
+    schedule_.run(budget_.parallel(), [&](std::size_t begin, std::size_t end) {
         HexHessian cell;
         for (std::size_t c = begin; c < end; c += kGroup) {
             const HexGroup g = group_of(problem_, objective, positions_, c, std::min(end, c + kGroup));

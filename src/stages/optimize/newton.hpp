@@ -1,5 +1,6 @@
 #pragma once
 
+#include "stages/optimize/chunk_schedule.hpp"
 #include "stages/optimize/hex_kernels.hpp"
 #include "stages/optimize/minimiser.hpp"
 
@@ -41,6 +42,7 @@ class Newton final : public Minimiser {
     const Motion* motion_;
     Budget& budget_;
     BlockMatrix matrix_;
+    ChunkSchedule schedule_; ///< over cells, by the dofs they depend on
     std::vector<Point> gradient_, step_;
     std::vector<Point> start_; ///< of a line search: dofs, then what hangs on them
     std::vector<Freedom> freedom_;

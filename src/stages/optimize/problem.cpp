@@ -11,7 +11,7 @@ namespace hexopt {
 
 namespace {
 
-constexpr std::size_t kCellChunk = 256;
+constexpr std::size_t kOrderChunk = 4096;
 
 /// Bit v set where tetrahedron t uses vertex v.
 constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
@@ -26,10 +26,12 @@ constexpr std::array<std::uint8_t, 32> kTetVertexBits = [] {
 
 /// By key(cell), which is below `keys`; cells of one key stay in their order.
 template <class Key>
-std::vector<Index> sort_by_key(const std::vector<Index>& cells, const Key& key, std::size_t keys) {
+std::vector<Index> sort_by_key(const std::vector<Index>& cells, const Key& key, std::size_t keys,
+                               const Parallel& parallel) {
     std::vector<Index> key_of(cells.size());
     std::vector<std::size_t> next(keys + 1, 0);
-    for (std::size_t i = 0; i < cells.size(); ++i) ++next[(key_of[i] = key(cells[i])) + 1];
+    parallel.for_each(cells.size(), kOrderChunk, [&](std::size_t i) { key_of[i] = key(cells[i]); });
+    for (Index k : key_of) ++next[k + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
     std::vector<Index> sorted(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) sorted[next[key_of[i]]++] = cells[i];
@@ -39,16 +41,15 @@ std::vector<Index> sort_by_key(const std::vector<Index>& cells, const Key& key, 
 } // namespace
 
 Problem::Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
-                 std::uint32_t tets, std::span<const float> inverse_stretch)
+                 std::uint32_t tets, std::span<const float> inverse_stretch, const Parallel& parallel)
     : mesh_(&mesh), inverse_stretch_(inverse_stretch) {
     auto numbers = std::make_shared<Numbers>();
     number_dofs(topology, movable, *numbers);
     make_shares(topology, *numbers);
     numbers_ = std::move(numbers);
     collect_cells(topology);
-    order_cells(tets);
+    order_cells(tets, parallel);
     set_weights();
-    schedule_ = ChunkSchedule(cell_dof_, dof_count(), kCellChunk);
 }
 
 /// Breadth-first over the cells: neighbours in space end up near each other whatever the input's numbering.
@@ -105,37 +106,57 @@ void Problem::collect_cells(const Topology& topology) {
         if (active[c]) cell_id_.push_back(c);
 }
 
-void Problem::order_cells(std::uint32_t tets) {
+void Problem::order_cells(std::uint32_t tets, const Parallel& parallel) {
     const auto lowest_dof = [&](Index c) {
         Index lowest = kNoIndex;
         for (Index v : mesh_->cells[c])
             for (DofShare share : shares(v)) lowest = std::min(lowest, share.dof);
         return lowest;
     };
-    cell_id_ = sort_by_key(cell_id_, lowest_dof, dof_count());
-    if (has_hanging()) cell_hanging_.assign(cell_id_.size(), 0);
-    cell_dof_.item.reserve(8 * cell_id_.size());
-    cell_dof_.offset.reserve(cell_id_.size() + 1);
-    tet_mask_.reserve(cell_id_.size());
-    std::vector<Index> dofs;
-    for (std::size_t i = 0; i < cell_id_.size(); ++i) {
-        dofs.clear();
-        for (Index v : cell(i)) {
-            const auto list = shares(v);
-            for (DofShare share : list) dofs.push_back(share.dof);
-            if (!list.empty() && vertex_dof(v) == kNoIndex) cell_hanging_[i] = 1;
+    cell_id_ = sort_by_key(cell_id_, lowest_dof, dof_count(), parallel);
+    const std::size_t cells = cell_id_.size();
+    if (has_hanging()) cell_hanging_.assign(cells, 0);
+    cell_dof_.offset.assign(cells + 1, 0);
+    tet_mask_.assign(cells, 0);
+    std::vector<std::vector<Index>> found((cells + kOrderChunk - 1) / kOrderChunk);
+    parallel.for_chunks(cells, kOrderChunk, [&](std::size_t begin, std::size_t end) {
+        std::vector<Index>& list = found[begin / kOrderChunk];
+        list.reserve(8 * (end - begin));
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto first = static_cast<std::ptrdiff_t>(list.size());
+            collect_dofs(i, list);
+            std::sort(list.begin() + first, list.end());
+            list.erase(std::unique(list.begin() + first, list.end()), list.end());
+            cell_dof_.offset[i + 1] = list.size() - static_cast<std::size_t>(first);
+            tet_mask_[i] = moving_tets(i) & tets;
         }
-        std::sort(dofs.begin(), dofs.end());
-        dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
-        cell_dof_.item.insert(cell_dof_.item.end(), dofs.begin(), dofs.end());
-        cell_dof_.offset.push_back(cell_dof_.item.size());
-        std::uint32_t free_bits = 0, mask = 0;
-        for (int k = 0; k < 8; ++k)
-            if (!shares(cell(i)[k]).empty()) free_bits |= 1u << k;
-        for (int t = 0; t < 32; ++t)
-            if (kTetVertexBits[t] & free_bits) mask |= 1u << t;
-        tet_mask_.push_back(mask & tets);
+    });
+    std::partial_sum(cell_dof_.offset.begin(), cell_dof_.offset.end(), cell_dof_.offset.begin());
+    cell_dof_.item.resize(cell_dof_.offset.back());
+    parallel.for_each(found.size(), 1, [&](std::size_t chunk) {
+        std::copy(found[chunk].begin(), found[chunk].end(),
+                  cell_dof_.item.begin() +
+                      static_cast<std::ptrdiff_t>(cell_dof_.offset[chunk * kOrderChunk]));
+    });
+}
+
+/// Appends the dofs that a cell's corners depend on, as they come, and notes whether one hangs.
+void Problem::collect_dofs(std::size_t i, std::vector<Index>& dofs) {
+    for (Index v : cell(i)) {
+        const auto list = shares(v);
+        for (DofShare share : list) dofs.push_back(share.dof);
+        if (!list.empty() && vertex_dof(v) == kNoIndex) cell_hanging_[i] = 1;
     }
+}
+
+/// The tetrahedra of a cell that have a corner that moves.
+std::uint32_t Problem::moving_tets(std::size_t i) const {
+    std::uint32_t free_bits = 0, mask = 0;
+    for (int k = 0; k < 8; ++k)
+        if (!shares(cell(i)[k]).empty()) free_bits |= 1u << k;
+    for (int t = 0; t < 32; ++t)
+        if (kTetVertexBits[t] & free_bits) mask |= 1u << t;
+    return mask;
 }
 
 void Problem::set_weights() {
@@ -225,10 +246,7 @@ std::vector<Problem> Problem::split(Problem whole) {
     }
     for (DofShare& share : numbers->hanging_share.item) share.dof = local[share.dof];
     for (Index d = 0; d < whole.dof_count(); ++d) numbers->vertex_dof[whole.dof_vertex_[d]] = local[d];
-    for (Problem& part : parts) {
-        part.numbers_ = numbers;
-        part.schedule_ = ChunkSchedule(part.cell_dof_, part.dof_count(), kCellChunk);
-    }
+    for (Problem& part : parts) part.numbers_ = numbers;
     return parts;
 }
 

@@ -5,7 +5,6 @@
 #include "core/union_find.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
-#include "stages/optimize/chunk_schedule.hpp"
 #include "stages/optimize/optimize.hpp"
 
 #include <memory>
@@ -37,7 +36,8 @@ class Problem {
     /// tets: which tetrahedra count, bits of hex::kTetEdge. inverse_stretch: as HexGroup's, of all cells of
     /// the mesh, must outlive the problem; empty: cubes.
     Problem(const HexMesh& mesh, const Topology& topology, std::span<const std::uint8_t> movable,
-            std::uint32_t tets = kAllTets, std::span<const float> inverse_stretch = {});
+            std::uint32_t tets = kAllTets, std::span<const float> inverse_stretch = {},
+            const Parallel& parallel = Parallel(1));
 
     const HexMesh& mesh() const { return *mesh_; }
     std::size_t dof_count() const { return dof_vertex_.size(); }
@@ -53,7 +53,6 @@ class Problem {
     }
     std::span<const float> weight() const { return weight_; }
     std::span<const std::uint32_t> tet_mask() const { return tet_mask_; }
-    const ChunkSchedule& schedule() const { return schedule_; } ///< over cells, by the dofs they depend on
     const Csr<Index>& cell_dof() const { return cell_dof_; }    ///< dofs that a cell depends on, sorted
 
     /// Frees cell_dof(), which only the construction of solvers needs (40 bytes a cell).
@@ -101,7 +100,9 @@ class Problem {
     void number_dofs(const Topology& topology, std::span<const std::uint8_t> movable, Numbers& numbers);
     void make_shares(const Topology& topology, Numbers& numbers);
     void collect_cells(const Topology& topology);
-    void order_cells(std::uint32_t tets);
+    void order_cells(std::uint32_t tets, const Parallel& parallel);
+    void collect_dofs(std::size_t i, std::vector<Index>& dofs);
+    std::uint32_t moving_tets(std::size_t i) const;
     void set_weights();
     void add_dof(Index vertex);
 
@@ -116,7 +117,6 @@ class Problem {
     std::span<const float> inverse_stretch_;
     std::vector<float> inverse_length_, weight_;
     std::vector<std::uint32_t> tet_mask_;
-    ChunkSchedule schedule_;
 };
 
 /// Sets of dofs that cells connect, directly or through others.

@@ -83,19 +83,20 @@ class RobustRun {
 
     /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, slid, or the
     /// one that max-min reaches with the boundary fixed, which also is a result to beat; and on whether the
-    /// worst cells are raised together or place by place. None of the four is best on all meshes; the best is
-    /// kept.
+    /// worst cells are raised together or place by place, on devices on whether single vertices are raised
+    /// before the neighbourhoods or after. None of the four is best on all meshes; the best is kept.
     void slide_from_starts() {
         if (budget_.exhausted()) return;
         const std::vector<Point> smooth = positions_;
         raise_worst();
         Start raised{std::exchange(positions_, smooth), {}, {}};
         budget_.context().report("slide", 0.3);
-        set_up_sliding();
+        set_up_sliding(raised.positions);
         raised.limits = limits_;
         raised.movable = movement_.movable;
         slide(movement_.movable);
         keep_if_better_();
+        vertices_first_ = false;
         const int starts = count_starts();
         if (starts == 1) {
             budget_.context().report("max-min", 0.5);
@@ -106,6 +107,7 @@ class RobustRun {
             budget_.context().report("max-min", 0.4 + 0.6 * i / starts,
                                      fmt::format("{} of {}", i + 1, starts));
             order_ = i < 2 ? RaiseOrder::worst : RaiseOrder::parts_first;
+            vertices_first_ = i >= 2;
             begin_at(i % 2 == 0 ? slid : raised);
             raise_sliding();
         }
@@ -120,7 +122,8 @@ class RobustRun {
 
     int count_starts() const {
         if (!options_.max_min || mesh_.cell_count() > kMoreStartsUpTo) return 1;
-        return std::min(options_.starts, engine_.takes_parts() ? 4 : 2);
+        const bool has_orders = engine_.takes_parts() || engine_.raises_vertices();
+        return std::min(options_.starts, has_orders ? 4 : 2);
     }
 
     /// Max-min on the surface, then in the band.
@@ -131,9 +134,17 @@ class RobustRun {
         raise_worst();
     }
 
+    /// Single vertices give most of the rise for little, where engines raise them; but those that slide leave
+    /// the neighbourhoods less to rise by then than the other way round.
     void raise_worst() {
         if (!options_.max_min) return;
-        if (engine_.raises_vertices()) raise_vertices();
+        const bool has_vertices = engine_.raises_vertices();
+        if (has_vertices && vertices_first_) raise_vertices();
+        raise_neighbourhoods();
+        if (has_vertices && !vertices_first_ && raise_vertices()) raise_neighbourhoods();
+    }
+
+    void raise_neighbourhoods() {
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
         const double at_least = quick               ? kQuickWorkAtLeast
@@ -147,11 +158,14 @@ class RobustRun {
         keep_if_better_();
     }
 
-    /// Single vertices first: on a device that gives most of the rise for little.
-    void raise_vertices() {
+    /// False: none has moved.
+    bool raise_vertices() {
+        const std::vector<Point> start = positions_;
+        const SurfaceLimits limits = limits_;
         for (int narrowing = 0; narrowing <= kRaiseNarrowings && !budget_.exhausted(); ++narrowing) {
             const std::vector<Point> before = positions_;
-            Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch);
+            Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch,
+                            budget_.parallel());
             std::optional<SurfaceMotion> motion;
             if (movement_.surface) motion.emplace(problem, *surface_, limits_, movement_.tangents);
             const auto minimiser = engine_.open(problem, positions_, motion ? &*motion : nullptr);
@@ -162,17 +176,22 @@ class RobustRun {
                     ? guard_->violators(positions_, boundary_among(movement_.movable), budget_.parallel())
                     : std::vector<Index>{};
             if (violators.empty()) break;
-            guard_->tighten(positions_, violators, kNarrower, limits_);
+            if (narrowing < kRaiseNarrowings)
+                guard_->tighten(positions_, violators, kNarrower, limits_);
+            else
+                limits_ = limits;
             positions_ = before;
         }
         keep_if_better_();
+        return positions_ != start;
     }
 
     void untangle_interior() {
         movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
             movement_.movable[v] = !topology_.on_boundary[v];
-        Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch);
+        Problem problem(mesh_, topology_, movement_.movable, movement_.tets, movement_.inverse_stretch,
+                        budget_.parallel());
         const auto newton = engine_.open(problem, positions_, nullptr);
         newton->update_lengths();
         const auto count_bad = [&] {
@@ -199,7 +218,7 @@ class RobustRun {
     /// only where that fails.
     void slide_where_needed() {
         budget_.context().report("slide", 0.02);
-        set_up_sliding();
+        set_up_sliding(positions_);
         std::vector<Index> poor =
             find_poor_cells(mesh_, positions_, movement_.inverse_stretch, kPoorEnergy, budget_.parallel());
         if (const auto finished = options_.finished_cells; !finished.empty()) {
@@ -217,14 +236,16 @@ class RobustRun {
         keep_if_better_();
     }
 
-    void set_up_sliding() {
+    /// sound: the boundary where it is now round the soundest cells known, whose sizes tell how far a vertex
+    /// may slide.
+    void set_up_sliding(std::span<const Point> sound) {
         if (options_.fresh_boundary) unmoved_ = positions_;
         const double diagonal = surface_->diagonal();
         const double deviation =
             (options_.max_deviation_rel > 0 ? options_.max_deviation_rel : kSlidingDeviationRel) * diagonal;
-        limits_ = options_.fresh_boundary
-                      ? unlimited_on_surface(positions_)
-                      : compute_surface_limits(mesh_, topology_, *surface_, deviation, budget_.parallel());
+        limits_ = options_.fresh_boundary ? unlimited_on_surface(positions_)
+                                          : compute_surface_limits(mesh_, topology_, *surface_, sound,
+                                                                   deviation, budget_.parallel());
         const auto bound = surface_->associations();
         movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
@@ -299,7 +320,8 @@ class RobustRun {
     }
 
     void untangle_sliding(const std::vector<std::uint8_t>& moving, int max_rounds, double size_weight) {
-        Problem whole(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch);
+        Problem whole(mesh_, topology_, moving, movement_.tets, movement_.inverse_stretch,
+                      budget_.parallel());
         std::vector<Problem> parts;
         if (engine_.takes_parts())
             parts = Problem::split(std::move(whole));
@@ -350,6 +372,7 @@ class RobustRun {
     double band_ = 0;
     double eps_ = 1e-12;
     RaiseOrder order_ = RaiseOrder::worst; ///< of a thorough run
+    bool vertices_first_ = true;           ///< before the neighbourhoods, else after them and these again
 };
 
 } // namespace

@@ -62,10 +62,10 @@ SurfaceLimits unlimited_on_surface(std::span<const Point> positions) {
 }
 
 SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology,
-                                     const BoundaryModel& surface, double deviation,
-                                     const Parallel& parallel) {
+                                     const BoundaryModel& surface, std::span<const Point> positions,
+                                     double deviation, const Parallel& parallel) {
     SurfaceLimits limits;
-    limits.start = mesh.positions;
+    limits.start.assign(positions.begin(), positions.end());
     limits.reach.assign(mesh.vertex_count(), kUnlimited);
     limits.band.assign(mesh.vertex_count(), 0.0f);
     limits.band_share.assign(mesh.vertex_count(), 1.0f);
@@ -75,10 +75,9 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
         double edge = 0;
         for (CellCorner corner : topology.vertex_cell[v]) {
             const Cell& cell = mesh.cells[corner.cell];
-            edge =
-                std::max(edge, glm::distance(mesh.positions[cell[0]], mesh.positions[cell[6]]) / 1.7320508);
+            edge = std::max(edge, glm::distance(positions[cell[0]], positions[cell[6]]) / 1.7320508);
         }
-        const Projection at = surface.project(bound[v], mesh.positions[v]);
+        const Projection at = surface.project(bound[v], positions[v]);
         limits.start[v] = at.point;
         limits.reach[v] = compute_reach(surface, bound[v], at, edge, deviation);
     });

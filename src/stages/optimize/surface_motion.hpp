@@ -16,8 +16,8 @@ struct SurfaceLimits {
 /// First limits for quads that are to stay within `deviation` (model units, > 0) of the surface: a vertex
 /// moves at most a multiple of deviation / sin(spread of the normals nearby). Bands start at 0.
 SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topology,
-                                     const BoundaryModel& surface, double deviation,
-                                     const Parallel& parallel);
+                                     const BoundaryModel& surface, std::span<const Point> positions,
+                                     double deviation, const Parallel& parallel);
 
 /// No limits but the entities themselves. Bands start at 0.
 SurfaceLimits unlimited_on_surface(std::span<const Point> positions);
