@@ -21,12 +21,12 @@ Result<double> sum_of_squares(Backend& backend, const std::vector<double>& coord
     const auto count = static_cast<std::uint32_t>(coordinates.size() / 3);
     auto a = create_array<double>(backend, coordinates, "a");
     if (!a) return a.error();
-    auto partial = backend.create_buffer((count / 64 + 1) * sizeof(double), "partial");
+    auto partial = backend.create_buffer((count / 512 + 1) * sizeof(double), "partial");
     if (!partial) return partial.error();
-    auto sum = backend.create_buffer((count / 64 / 2048 + 2) * sizeof(double), "sum");
+    auto sum = backend.create_buffer((count / 512 / 2048 + 2) * sizeof(double), "sum");
     if (!sum) return sum.error();
     Recorder recorder;
-    const std::uint32_t blocks = (count + 63) / 64;
+    const std::uint32_t blocks = (count + 511) / 512;
     recorder.dispatch(
         Precision::f64,
         args::dot_blocks{
@@ -56,6 +56,7 @@ TEST_CASE("cpu: sum of squares in any order and with any number of threads is th
     const double serial = sum_of_squares(*create_cpu_backend(one, CpuOrder::serial), values).value();
     CHECK(serial == Approx(expected).epsilon(1e-13));
     CHECK(sum_of_squares(*create_cpu_backend(three, CpuOrder::parallel), values).value() == serial);
+    CHECK(sum_of_squares(*create_cpu_backend(three, CpuOrder::scalar), values).value() == serial);
     CHECK(sum_of_squares(*create_cpu_backend(one, CpuOrder::shuffled), values).value() == serial);
 }
 

@@ -115,6 +115,26 @@ TEST_CASE("vulkan: a buffer beyond all memory is an error, and the device goes o
     CHECK(run.wrong(read_array<double>(vulkan, buffers->target, run.points.size()).value()) == 0);
 }
 
+TEST_CASE("vulkan: buffers in memory that others had hold their own bytes", "[gpu]") {
+    const ValidatedVulkan vulkan;
+    if (!vulkan) return;
+    std::vector<Buffer> kept;
+    for (std::uint32_t round = 0; round < 3; ++round)
+        for (std::size_t count : {1, 70, 1000, 1001, 300000}) {
+            std::vector<std::uint32_t> values(count + round);
+            for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint32_t>(i) + round;
+            auto buffer = create_array<std::uint32_t>(*vulkan, values, "values");
+            REQUIRE(buffer);
+            CHECK(buffer->bytes() == 4 * values.size());
+            auto freed = create_array<std::uint32_t>(*vulkan, values, "freed at once");
+            REQUIRE(freed);
+            if (round < 2) kept.push_back(std::move(*buffer));
+            if (round == 1) kept.erase(kept.begin());
+            const Buffer& last = round < 2 ? kept.back() : *buffer;
+            CHECK(read_array<std::uint32_t>(*vulkan, last, values.size()).value() == values);
+        }
+}
+
 TEST_CASE("vulkan: after the device is lost every call fails at once", "[gpu]") {
     VulkanOptions options;
     options.faults.device_lost = 0;

@@ -6,6 +6,7 @@
 #include "compute/vulkan/pipeline_cache.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <unordered_map>
@@ -17,6 +18,9 @@ namespace {
 constexpr std::size_t kStagingBytes = 16 << 20;
 constexpr std::uint32_t kMaxGroupsX = 32768;
 constexpr std::size_t kCommandBuffers = 4;
+/// Blocks up to this size are kept when freed, all together up to the second one: a driver takes a tenth of a
+/// millisecond for each, and solvers on small problems come and go.
+constexpr std::size_t kSpareBlock = 16 << 20, kSpareBytes = 256 << 20;
 constexpr double kTransferTimeout_s = 600;
 constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
                                       VK_BUFFER_USAGE_TRANSFER_DST_BIT |
@@ -29,6 +33,12 @@ struct Memory {
     std::byte* mapped = nullptr; ///< null: not visible to the host
     std::size_t bytes = 0;
 };
+
+/// Sizes that blocks are rounded to, so that spare ones fit: a quarter of the power of two below apart.
+std::size_t block_bytes(std::size_t bytes) {
+    const std::size_t step = std::max<std::size_t>(std::bit_floor(bytes) / 4, 256);
+    return (bytes + step - 1) / step * step;
+}
 
 struct CommandBuffer {
     VkCommandBuffer handle = VK_NULL_HANDLE;
@@ -59,9 +69,12 @@ class Implementation final : public VulkanBackend {
     Status check(VkResult result, const char* call);
     Error lost_error() const;
     Result<Memory> allocate(std::size_t bytes, bool for_staging, std::string_view label);
+    Result<Memory> take_block(std::size_t bytes, std::string_view label);
+    void give_block(Memory& memory);
+    void release_spares();
     int find_memory_type(std::uint32_t allowed, bool for_staging) const;
     void release(Memory& memory);
-    Buffer add(const Memory& memory);
+    Buffer add(const Memory& memory, std::size_t bytes);
     Result<CommandBuffer*> begin_commands();
     Status end_commands(CommandBuffer& commands);
     Status copy_and_wait(VkBuffer source, std::size_t from, VkBuffer target, std::size_t to,
@@ -87,6 +100,8 @@ class Implementation final : public VulkanBackend {
     std::map<std::pair<KernelId, Precision>, VkPipeline> pipelines_;
     std::unordered_map<std::uint32_t, Memory> buffers_;
     std::uint32_t last_id_ = 0;
+    std::multimap<std::size_t, Memory> spares_; ///< by size
+    std::size_t spare_bytes_ = 0;
     Memory staging_;
     int allocations_ = 0, submits_ = 0;
     bool lost_ = false;
@@ -95,6 +110,7 @@ class Implementation final : public VulkanBackend {
 Implementation::~Implementation() {
     if (!lost_) api_.vkDeviceWaitIdle(handle_);
     for (auto& [id, memory] : buffers_) release(memory);
+    release_spares();
     release(staging_);
     for (auto& [key, pipeline] : pipelines_) api_.vkDestroyPipeline(handle_, pipeline, nullptr);
     api_.vkDestroyPipelineLayout(handle_, layout_, nullptr);
@@ -169,8 +185,6 @@ Result<Memory> Implementation::allocate(std::size_t bytes, bool for_staging, std
         error.where = std::string(label) + " (" + std::to_string(bytes) + " bytes)";
         return error;
     };
-    if (allocations_++ == options_.faults.allocation)
-        return fail(vulkan_error(VK_ERROR_OUT_OF_DEVICE_MEMORY, "vkAllocateMemory"));
     VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
     info.size = bytes;
     info.usage = kUsage;
@@ -215,16 +229,50 @@ void Implementation::release(Memory& memory) {
     memory = {};
 }
 
-Buffer Implementation::add(const Memory& memory) {
+Buffer Implementation::add(const Memory& memory, std::size_t bytes) {
     buffers_.emplace(++last_id_, memory);
-    return Buffer(this, last_id_, memory.bytes);
+    return Buffer(this, last_id_, bytes);
+}
+
+/// A spare block or a new one.
+Result<Memory> Implementation::take_block(std::size_t bytes, std::string_view label) {
+    bytes = block_bytes(bytes);
+    if (const auto spare = spares_.find(bytes); spare != spares_.end()) {
+        const Memory memory = spare->second;
+        spares_.erase(spare);
+        spare_bytes_ -= bytes;
+        return memory;
+    }
+    auto memory = allocate(bytes, false, label);
+    if (memory || spares_.empty() || memory.error().code != ErrorCode::out_of_memory) return memory;
+    release_spares();
+    return allocate(bytes, false, label);
+}
+
+void Implementation::give_block(Memory& memory) {
+    const bool is_own = memory.memory != VK_NULL_HANDLE;
+    if (!is_own || memory.bytes > kSpareBlock || spare_bytes_ + memory.bytes > kSpareBytes)
+        return release(memory);
+    spare_bytes_ += memory.bytes;
+    spares_.emplace(memory.bytes, memory);
+}
+
+void Implementation::release_spares() {
+    for (auto& [bytes, memory] : spares_) release(memory);
+    spares_.clear();
+    spare_bytes_ = 0;
 }
 
 Result<Buffer> Implementation::create_buffer(std::size_t bytes, std::string_view label) {
     if (lost_) return lost_error();
-    auto memory = allocate((bytes + 3) / 4 * 4, false, label);
+    if (allocations_++ == options_.faults.allocation) {
+        Error error = vulkan_error(VK_ERROR_OUT_OF_DEVICE_MEMORY, "vkAllocateMemory");
+        error.where = std::string(label) + " (" + std::to_string(bytes) + " bytes)";
+        return error;
+    }
+    auto memory = take_block((bytes + 3) / 4 * 4, label);
     if (!memory) return memory.error();
-    return add(*memory);
+    return add(*memory, (bytes + 3) / 4 * 4);
 }
 
 Result<Buffer> Implementation::import_buffer(void* native, std::size_t bytes) {
@@ -235,13 +283,13 @@ Result<Buffer> Implementation::import_buffer(void* native, std::size_t bytes) {
     VkBufferDeviceAddressInfo address{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO};
     address.buffer = memory.buffer;
     memory.address = api_.vkGetBufferDeviceAddress(handle_, &address);
-    return add(memory);
+    return add(memory, bytes);
 }
 
 void Implementation::destroy_buffer(std::uint32_t id) {
     if (!idle_ && !lost_) (void)wait(kTransferTimeout_s);
     const auto found = buffers_.find(id);
-    release(found->second);
+    give_block(found->second);
     buffers_.erase(found);
 }
 
@@ -329,10 +377,12 @@ Status Implementation::ensure_staging() {
     return Done{};
 }
 
+// Copies come after what was submitted before by themselves; only the host has to wait for it.
 Status Implementation::upload(const Buffer& target, std::size_t offset, std::span<const std::byte> data) {
-    if (auto s = wait(kTransferTimeout_s); !s) return s;
+    if (lost_) return lost_error();
     const Memory& memory = buffers_.at(target.ref().buffer);
     if (memory.mapped) {
+        if (auto s = wait(kTransferTimeout_s); !s) return s;
         std::copy(data.begin(), data.end(), memory.mapped + offset);
         return Done{};
     }
@@ -346,9 +396,10 @@ Status Implementation::upload(const Buffer& target, std::size_t offset, std::spa
 }
 
 Status Implementation::download(const Buffer& source, std::size_t offset, std::span<std::byte> data) {
-    if (auto s = wait(kTransferTimeout_s); !s) return s;
+    if (lost_) return lost_error();
     const Memory& memory = buffers_.at(source.ref().buffer);
     if (memory.mapped) {
+        if (auto s = wait(kTransferTimeout_s); !s) return s;
         std::copy_n(memory.mapped + offset, data.size(), data.begin());
         return Done{};
     }

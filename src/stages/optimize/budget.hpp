@@ -18,6 +18,7 @@ class Budget {
         return context_->is_cancelled() || iterations_left_ <= 0 || seconds() >= limit_s_;
     }
     void spend_iteration() { --iterations_left_; }
+    int iterations_left() const { return iterations_left_; }
     Context& context() const { return *context_; }
     const Parallel& parallel() const { return context_->parallel(); }
 

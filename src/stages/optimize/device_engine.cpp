@@ -85,25 +85,25 @@ class DeviceMinimiser final : public Minimiser {
     }
 
     int raise_vertices(double target) override {
-        int sweeps = 0, idle = 0;
-        while (sweeps < kMaxRaiseSweeps && idle < kMaxIdleSweeps && !engine_.budget_.exhausted()) {
-            double before = 1, after = 1;
-            run([&](DeviceSolver& solver) -> Status {
-                DeviceQuality quality;
-                if (Status s = take(quality, solver.measure()); !s) return s;
-                before = after = quality.min_sj;
-                if (before >= target) return Done{};
-                if (auto moved = solver.sweep_raise(kRaiseMargin, kRaiseGain); !moved) return moved.error();
-                if (Status s = take(quality, solver.measure()); !s) return s;
-                after = quality.min_sj;
-                return device_->download_positions(next_);
-            });
-            if (before >= target || !engine_.status_) break;
-            accept();
-            ++sweeps;
-            engine_.budget_.spend_iteration();
-            idle = after > before + kWorthwhileRise ? 0 : idle + 1;
-        }
+        int sweeps = 0;
+        run([&](DeviceSolver& solver) -> Status {
+            const int most = std::min(kMaxRaiseSweeps, engine_.budget_.iterations_left());
+            int idle = sweeps = 0;
+            DeviceQuality quality;
+            if (Status s = take(quality, solver.measure()); !s) return s;
+            while (sweeps < most && idle < kMaxIdleSweeps && quality.min_sj < target &&
+                   !engine_.budget_.exhausted()) {
+                const double before = quality.min_sj;
+                if (Status s = take(quality, solver.raise_and_measure(kRaiseMargin, kRaiseGain)); !s)
+                    return s;
+                ++sweeps;
+                idle = quality.min_sj > before + kWorthwhileRise ? 0 : idle + 1;
+            }
+            return sweeps > 0 ? device_->download_positions(next_) : Status(Done{});
+        });
+        if (sweeps == 0) return 0;
+        accept();
+        for (int i = 0; i < sweeps; ++i) engine_.budget_.spend_iteration();
         return sweeps;
     }
 
@@ -138,12 +138,13 @@ class DeviceMinimiser final : public Minimiser {
             opened_on_ = engine_.backend_;
         }
         if (Status s = device_->upload_positions(positions_); !s) return s;
-        return sliders_ ? sliders_->upload(motion_->limits(), positions_) : Status(Done{});
+        return sliders_ ? sliders_->upload(motion_->limits(), positions_, engine_.budget_.parallel())
+                        : Status(Done{});
     }
 
     Status open() {
         auto device = DeviceProblem::create(*engine_.backend_, engine_.target_.precision, problem_,
-                                            engine_.frame_, slides_);
+                                            engine_.frame_, slides_, engine_.budget_.parallel());
         if (!device) return device.error();
         device_ = std::make_unique<DeviceProblem>(std::move(*device));
         if (motion_) {

@@ -1,6 +1,7 @@
 #include "stages/optimize/device_sliders.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace hexopt {
 
@@ -81,24 +82,25 @@ Status DeviceSliders::allocate() {
     return Done{};
 }
 
-Status DeviceSliders::upload(const SurfaceLimits& limits, std::span<const Point> positions) {
+Status DeviceSliders::upload(const SurfaceLimits& limits, std::span<const Point> positions,
+                             const Parallel& parallel) {
     if (dof_.empty()) return Done{};
+    constexpr std::size_t kChunk = 256;
     const double unit = device_->frame.unit;
-    std::vector<std::uint32_t> slide;
-    std::vector<Point> range;
-    for (std::size_t i = 0; i < dof_.size(); ++i) {
+    std::vector<std::array<std::uint32_t, 6>> slide(dof_.size());
+    std::vector<Point> range(2 * dof_.size());
+    parallel.for_each(dof_.size(), kChunk, [&](std::size_t i) {
         const Index v = device_->problem->dof_vertex()[dof_[i]];
         const Association bound = model_->associations()[v];
         last_[i] = model_->project(bound, positions[v], last_[i]).element;
         const auto [first, end] = surface_->nodes(bound);
-        slide.insert(slide.end(), {dof_[i], v, freedom_of(bound.kind, limits.band[v] > 0), first, end,
-                                   surface_->element_of(bound, last_[i])});
-        range.push_back(device_->frame.to_local(limits.start[v]));
-        range.emplace_back(std::min<double>(limits.reach[v] / unit, kFar), limits.band[v] / unit, 0);
-    }
-    if (auto s = device_->backend->upload(slide_, 0, std::as_bytes(std::span<const std::uint32_t>(slide)));
-        !s)
-        return s;
+        slide[i] = {dof_[i], v,   freedom_of(bound.kind, limits.band[v] > 0),
+                    first,   end, surface_->element_of(bound, last_[i])};
+        range[2 * i] = device_->frame.to_local(limits.start[v]);
+        range[2 * i + 1] = Point(std::min<double>(limits.reach[v] / unit, kFar), limits.band[v] / unit, 0);
+    });
+    using Slides = std::span<const std::array<std::uint32_t, 6>>;
+    if (auto s = device_->backend->upload(slide_, 0, std::as_bytes(Slides(slide))); !s) return s;
     return device_->write_points(limits_, range);
 }
 

@@ -17,7 +17,7 @@ class DeviceSliders {
 
     /// Takes the limits over, which may have changed, and where to begin the search for closest points.
     /// positions: of all vertices, as uploaded.
-    Status upload(const SurfaceLimits& limits, std::span<const Point> positions);
+    Status upload(const SurfaceLimits& limits, std::span<const Point> positions, const Parallel& parallel);
 
     std::uint32_t count() const { return static_cast<std::uint32_t>(dof_.size()); }
     /// Sum of the limits' energies goes to `total` (one real).

@@ -27,11 +27,12 @@ enum Slot {
     kLimits,
     kSlots
 };
-// Numbers of the conjugate gradients (shaders/kernels/cg_step.glsl).
-enum CgScalar { kRz, kCurvature, kNewRz, kFirstRz, kCgScalars };
+// Numbers of the conjugate gradients: the first two as shaders/kernels/cg_step.glsl has them, then r.z before
+// and after a step, which take turns.
+enum CgScalar { kFirstRz, kCurvature, kRz, kOtherRz, kCgScalars };
 
 constexpr std::uint32_t kReduceWidth = 2048;
-constexpr std::uint32_t kDotWidth = 64;
+constexpr std::uint32_t kDotWidth = 512;
 constexpr int kCgIterationsBetweenReads = 8;
 constexpr int kMaxHalvings = 20;
 constexpr double kArmijo = 1e-4;
@@ -96,6 +97,14 @@ Status DeviceSolver::run() {
     return status ? device_.backend->wait(kTimeout_s) : status;
 }
 
+/// Runs what is recorded and reads numbers that it leaves, with one wait for both.
+Result<std::vector<double>> DeviceSolver::run_and_read(const Buffer& buffer, std::size_t count) {
+    const Status status = device_.backend->submit(recorder_);
+    recorder_.clear();
+    if (!status) return status.error();
+    return device_.read_reals(buffer, count);
+}
+
 BufferRef DeviceSolver::slot(int number) const {
     return status_.ref(static_cast<std::size_t>(number) * device_.real_bytes());
 }
@@ -156,8 +165,7 @@ void DeviceSolver::record_energy(const Objective& o, const Buffer& points) {
 }
 
 Result<ObjectiveValue> DeviceSolver::read_value() {
-    if (auto status = run(); !status) return status.error();
-    auto numbers = device_.read_reals(status_, kSlots);
+    auto numbers = run_and_read(status_, kSlots);
     if (!numbers) return numbers.error();
     const double limits = sliders_ ? (*numbers)[kLimits] : 0;
     return ObjectiveValue{(*numbers)[kEnergy] + limits, (*numbers)[kLeastJacobian]};
@@ -168,7 +176,7 @@ Result<ObjectiveValue> DeviceSolver::evaluate(const Objective& objective) {
     return read_value();
 }
 
-Result<DeviceQuality> DeviceSolver::measure() {
+void DeviceSolver::record_measure() {
     recorder_.dispatch(device_.precision,
                        args::cell_quality{device_.points.ref(), device_.cells.ref(),
                                           device_.inverse_length.ref(), device_.tet_mask.ref(), energy_.ref(),
@@ -177,10 +185,17 @@ Result<DeviceQuality> DeviceSolver::measure() {
     reduce(true, energy_.ref(), device_.cell_count, slot(kSumSj));
     reduce(true, least_.ref(), device_.cell_count, slot(kBad8));
     reduce(true, third_.ref(), device_.cell_count, slot(kBad32));
-    if (auto status = run(); !status) return status.error();
-    auto numbers = device_.read_reals(status_, kSlots);
+}
+
+Result<DeviceQuality> DeviceSolver::read_quality() {
+    auto numbers = run_and_read(status_, kSlots);
     if (!numbers) return numbers.error();
     return DeviceQuality{(*numbers)[kBad8], (*numbers)[kBad32], (*numbers)[kMinSj], (*numbers)[kSumSj]};
+}
+
+Result<DeviceQuality> DeviceSolver::measure() {
+    record_measure();
+    return read_quality();
 }
 
 Result<std::vector<CellMeasure>> DeviceSolver::measure_cells() {
@@ -228,7 +243,7 @@ Status DeviceSolver::sweep_newton(double eps, int sweeps, double omega, bool blo
     return run();
 }
 
-Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
+void DeviceSolver::record_raise(double margin, double gain) {
     recorder_.fill(raised_.ref(), 0, device_.dof_count * device_.real_bytes());
     for (std::size_t c = 0; c < device_.colours.rows(); ++c) {
         const std::uint32_t count = device_.free_count[c];
@@ -242,11 +257,20 @@ Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
         if (sliders_) sliders_->sweep_raise(recorder_, c, slot(kMinSj), raised_.ref(), margin, gain);
         constrain(device_.points);
     }
+}
+
+Result<std::size_t> DeviceSolver::sweep_raise(double margin, double gain) {
+    record_raise(margin, gain);
     reduce(true, raised_.ref(), device_.dof_count, slot(kRaised));
-    if (auto status = run(); !status) return status.error();
-    auto numbers = device_.read_reals(status_, kSlots);
+    auto numbers = run_and_read(status_, kSlots);
     if (!numbers) return numbers.error();
     return static_cast<std::size_t>((*numbers)[kRaised]);
+}
+
+Result<DeviceQuality> DeviceSolver::raise_and_measure(double margin, double gain) {
+    record_raise(margin, gain);
+    record_measure();
+    return read_quality();
 }
 
 Status DeviceSolver::sweep_laplacian(bool smart) {
@@ -311,25 +335,26 @@ Result<int> DeviceSolver::solve(const Objective* objective, double tolerance, in
                                       direction_.ref(), field_.ref(), device_.dof_count});
     dot(residual_, preconditioned_, scalar(kRz));
     recorder_.copy(scalar(kRz), scalar(kFirstRz), real);
+    int rz = kRz, new_rz = kOtherRz;
     for (int iteration = 0; iteration < max_iterations;) {
         for (int k = 0; k < kCgIterationsBetweenReads && iteration < max_iterations; ++k, ++iteration) {
             record_product(objective);
             dot(direction_, product_, scalar(kCurvature));
             recorder_.dispatch(device_.precision,
-                               args::cg_step{direction_.ref(), product_.ref(), block_.ref(), scalars_.ref(),
-                                             solution_.ref(), residual_.ref(), preconditioned_.ref(),
-                                             static_cast<float>(tolerance), device_.dof_count});
-            dot(residual_, preconditioned_, scalar(kNewRz));
+                               args::cg_step{direction_.ref(), product_.ref(), block_.ref(), scalar(rz),
+                                             scalars_.ref(), solution_.ref(), residual_.ref(),
+                                             preconditioned_.ref(), static_cast<float>(tolerance),
+                                             device_.dof_count});
+            dot(residual_, preconditioned_, scalar(new_rz));
             recorder_.dispatch(device_.precision,
-                               args::cg_direction{preconditioned_.ref(), scalars_.ref(),
+                               args::cg_direction{preconditioned_.ref(), scalar(rz), scalar(new_rz),
                                                   device_.dof_vertex.ref(), direction_.ref(), field_.ref(),
                                                   device_.dof_count});
-            recorder_.copy(scalar(kNewRz), scalar(kRz), real);
+            std::swap(rz, new_rz);
         }
-        if (auto status = run(); !status) return status.error();
-        auto numbers = device_.read_reals(scalars_, kCgScalars);
+        auto numbers = run_and_read(scalars_, kCgScalars);
         if (!numbers) return numbers.error();
-        if (!((*numbers)[kRz] > tolerance * (*numbers)[kFirstRz])) return iteration;
+        if (!((*numbers)[rz] > tolerance * (*numbers)[kFirstRz])) return iteration;
     }
     return max_iterations;
 }
@@ -368,8 +393,7 @@ void DeviceSolver::record_gradient(const Objective& o) {
 }
 
 Result<std::vector<Point>> DeviceSolver::read_gradient() {
-    if (auto status = run(); !status) return status.error();
-    auto numbers = device_.read_reals(gradient_, 3 * std::size_t{device_.dof_count});
+    auto numbers = run_and_read(gradient_, 3 * std::size_t{device_.dof_count});
     if (!numbers) return numbers.error();
     std::vector<Point> gradient(device_.dof_count);
     for (std::size_t d = 0; d < gradient.size(); ++d)
@@ -462,8 +486,7 @@ Result<NewtonResult> DeviceSolver::minimise(const Objective& objective, const Ne
         if (!iterations) return iterations.error();
         result.cg_iterations += *iterations;
         dot(gradient_, solution_, slot(kSlope));
-        if (auto status = run(); !status) return status.error();
-        auto numbers = device_.read_reals(status_, kSlots);
+        auto numbers = run_and_read(status_, kSlots);
         if (!numbers) return numbers.error();
         const double slope = (*numbers)[kSlope], before = value->energy;
         auto moved = slope < 0 ? search_line(objective, slope, *value) : Result<bool>(false);

@@ -34,8 +34,11 @@ class DeviceSolver {
                                   const Budget& budget);
     /// Solves the weighted graph Laplacian for the dofs; the number of iterations.
     Result<int> harmonic_start(double tolerance, int max_iterations);
-    /// One max-min pass over balls within `margin` of the least scaled Jacobian; how many dofs moved.
+    /// One max-min pass over balls within `margin` of the least scaled Jacobian that was measured last; how
+    /// many dofs moved.
     Result<std::size_t> sweep_raise(double margin, double gain);
+    /// The same and measure() in one submission.
+    Result<DeviceQuality> raise_and_measure(double margin, double gain);
     /// One Laplacian pass, colour after colour.
     Status sweep_laplacian(bool smart);
 
@@ -63,6 +66,10 @@ class DeviceSolver {
     DeviceSolver(DeviceProblem& device, const DeviceSliders* sliders) : device_(device), sliders_(sliders) {}
     Status allocate();
     Status run();
+    Result<std::vector<double>> run_and_read(const compute::Buffer& buffer, std::size_t count);
+    void record_measure();
+    Result<DeviceQuality> read_quality();
+    void record_raise(double margin, double gain);
     void record_gradient(const Objective& objective);
     Result<std::vector<Point>> read_gradient();
     void constrain(const compute::Buffer& points);

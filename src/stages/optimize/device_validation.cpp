@@ -69,7 +69,9 @@ Status exercise_sliding(compute::Backend& backend, Precision precision, const He
     if (auto s = device->upload_positions(mesh.positions); !s) return s;
     auto sliders = DeviceSliders::create(*device, *surface, model);
     if (!sliders) return sliders.error();
-    if (auto s = sliders->upload(narrow_limits(mesh, model, frame.unit), mesh.positions); !s) return s;
+    if (auto s = sliders->upload(narrow_limits(mesh, model, frame.unit), mesh.positions, budget.parallel());
+        !s)
+        return s;
     const auto made = DeviceSolver::create(*device, &*sliders);
     if (!made) return made.error();
     DeviceSolver& solver = **made;
