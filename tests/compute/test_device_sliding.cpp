@@ -282,7 +282,8 @@ TEST_CASE("sliders: real meshes end as they do on the host", "[slow]") {
     const auto surface = build_boundary_model(*mesh, topology, {}, context);
     REQUIRE(surface);
     HexMesh on_host = *mesh, on_device = *mesh;
-    const OptimizeOptions options;
+    OptimizeOptions options;
+    options.starts = 2; // those that begin alike: host and device go about the others in different ways
     const auto host = optimize(on_host, topology, &*surface, options, context);
     REQUIRE(host);
     const auto backend = create_cpu_backend(context.parallel());

@@ -91,7 +91,7 @@ class RobustRun {
         raise_worst();
         Start raised{std::exchange(positions_, smooth), {}, {}};
         budget_.context().report("slide", 0.3);
-        set_up_sliding(raised.positions);
+        set_up_sliding(mesh_.positions); // the best so far; all starts take these limits
         raised.limits = limits_;
         raised.movable = movement_.movable;
         slide(movement_.movable);
@@ -107,7 +107,7 @@ class RobustRun {
             budget_.context().report("max-min", 0.4 + 0.6 * i / starts,
                                      fmt::format("{} of {}", i + 1, starts));
             order_ = i < 2 ? RaiseOrder::worst : RaiseOrder::parts_first;
-            vertices_first_ = i >= 2;
+            vertices_first_ = i == 1 || i == 2; // so that two starts have both orders
             begin_at(i % 2 == 0 ? slid : raised);
             raise_sliding();
         }
@@ -237,7 +237,7 @@ class RobustRun {
     }
 
     /// sound: the boundary where it is now round the soundest cells known, whose sizes tell how far a vertex
-    /// may slide.
+    /// may slide. Once a run.
     void set_up_sliding(std::span<const Point> sound) {
         if (options_.fresh_boundary) unmoved_ = positions_;
         const double diagonal = surface_->diagonal();
