@@ -17,6 +17,9 @@ constexpr double kLeastCovered = 0.7, kClearlyBare = 0.1;
 /// Cells across a narrow place; and thickness of walls for which cells are halved, over that of the thinnest
 /// that are kept.
 constexpr double kNarrowCells = 3, kAboveThinnest = 1.4;
+/// How far the octree may grow for narrow places; layers in walls, which cover more of the surface by fewer
+/// cells, have some room besides.
+constexpr double kMostNarrowGrowth = 1.3, kMostWallGrowth = 1.45;
 constexpr double kWorthTelling = 1e-3;
 /// Cells of a mesh with buffer layers per square of their size on the surface, roughly.
 constexpr double kCellsPerSquare = 4;
@@ -42,9 +45,9 @@ HexMesh take_cells(const HexMesh& mesh, const std::vector<Index>& cells) {
 /// Bare places where cells may be halved beyond what gaps get: more cells fit in there.
 class NarrowPlaces {
   public:
-    NarrowPlaces(const RefineOutput& refined, int levels, double cells_across)
+    NarrowPlaces(const RefineOutput& refined, int levels, double cells_across, double most_growth)
         : refined_(refined), cells_across_(cells_across), finest_part_(std::ldexp(1, -levels)),
-          first_cells_(static_cast<double>(refined.octree.cell_count())) {}
+          first_cells_(static_cast<double>(refined.octree.cell_count())), most_growth_(most_growth) {}
 
     /// Those of a round that may, widest first. Where not all may have the cells that they need, places as
     /// wide as the first that may not, or nearly so, have none: parts of a wall would be no better than
@@ -74,18 +77,19 @@ class NarrowPlaces {
     /// Whether there is room for so many cells more to be halved.
     bool may_halve(std::size_t cells) const {
         const auto now = static_cast<double>(refined_.octree.cell_count());
-        return now + 7 * static_cast<double>(cells) <= kMostNarrowGrowth * first_cells_;
+        return now + 7 * static_cast<double>(cells) <= most_growth_ * first_cells_;
     }
 
   private:
     double size_for(const BareSpot& spot) const { return spot.thickness / cells_across_; }
 
-    static constexpr double kNarrowShare = 0.1, kMostNarrowGrowth = 1.3, kAsWide = 1.5;
+    static constexpr double kNarrowShare = 0.1, kAsWide = 1.5;
 
     const RefineOutput& refined_;
     double cells_across_;
     double finest_part_; ///< of the size of the smallest cells in gaps
     double first_cells_;
+    double most_growth_; ///< of the octree
 };
 
 /// Levels of the vertices round narrow places, for as many rings of cells as there is room for: fronts
@@ -144,10 +148,10 @@ double thickness_of(std::vector<BareSpot> spots) {
 class CoverSteps {
   public:
     CoverSteps(const RefineOutput& refined, int narrow_levels, double thinnest_wall_h)
-        : refined_(refined), narrow_(refined, narrow_levels, kNarrowCells),
-          needed_(refined, narrow_levels, kNeededCells),
-          walls_(refined, narrow_levels, kAboveThinnest * thinnest_wall_h), with_walls_(thinnest_wall_h > 0) {
-    }
+        : refined_(refined), narrow_(refined, narrow_levels, kNarrowCells, kMostNarrowGrowth),
+          needed_(refined, narrow_levels, kNeededCells, kMostNarrowGrowth),
+          walls_(refined, narrow_levels, kAboveThinnest * thinnest_wall_h, kMostWallGrowth),
+          with_walls_(thinnest_wall_h > 0) {}
 
     /// Cells to be halved, with those that trimming asks for; none where this step has come to its end.
     std::vector<Index> choose(const TrimOutput& trimmed) {

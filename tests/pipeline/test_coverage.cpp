@@ -113,6 +113,27 @@ TEST_CASE("narrow parts get cells beyond the levels of gaps, as far as that does
     }
 }
 
+TEST_CASE("layers in walls have room where other narrow parts have taken theirs") {
+    TriangleSoup soup;
+    test::append_box(soup, {0, 0, 0}, {10, 10, 10});
+    test::append_box(soup, {-0.7, 3.1, 3.1}, {-0.65, 6.45, 6.45}); // a fifth of a cell
+    const Domain wall = test::make_domain(soup);
+    for (const double y : {1.1, 2.6, 4.1, 5.6, 7.1})
+        test::append_box(soup, {10.6, y, 2 * y - 2}, {10.72, y + 0.43, 2 * y - 1.57});
+    const Domain with_tabs = test::make_domain(soup);
+    const RefineOptions cells = cells_of(0.25, 0);
+    CHECK(trim_all(wall, cells, 3, 0.25).report.bare_area < 0.5);
+    const double first = static_cast<double>(trim_all(with_tabs, cells).report.octree_cells);
+    const TrimReport tabs = trim_all(with_tabs, cells, 3).report,
+                     all = trim_all(with_tabs, cells, 3, 0.25).report;
+    CHECK(static_cast<double>(tabs.octree_cells) > 1.15 * first);
+    CHECK(static_cast<double>(tabs.octree_cells) < 1.3 * first);
+    CHECK(tabs.bare_area > 20);
+    CHECK(all.bare_area == 0);
+    CHECK(static_cast<double>(all.octree_cells) > 1.32 * first); // rings round the wall besides
+    CHECK(static_cast<double>(all.octree_cells) < 1.45 * first);
+}
+
 TEST_CASE("a wall that no allowed level resolves is left alone and refused") {
     const Domain domain = test::make_domain(block_and_plate(0.05));
     const TrimOutput none = trim_all(domain, cells_of(1, 0)), two = trim_all(domain, cells_of(1, 2));

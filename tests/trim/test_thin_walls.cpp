@@ -125,3 +125,30 @@ TEST_CASE("parts of walls that mending takes much of are dropped whole") {
     CHECK(trimming::drop_frayed_walls(graph, kept, whole) == walls.size());
     CHECK(whole.empty());
 }
+
+TEST_CASE("a front between levels leaves a layer one cell thick at once, not cell by cell") {
+    // Half as large cells on one side: the middle is in one layer of them, half of that of the larger ones.
+    const Domain domain = make_plate(0.26, glm::dmat3(1));
+    SurfaceOctree octree = octree_round(surface_box(domain.model), 16, 0.92);
+    const auto make = [&] { return octree.make(1, [](const Point& at, double, int) { return at.x < 0; }); };
+    HexMesh mesh = make();
+    TrimOutput trimmed = trim_with(mesh, domain, 0.25);
+    REQUIRE(trimmed.report.half_faces > 5);
+    REQUIRE(trimmed.refine_cells.size() > 50); // those at the front are a dozen
+    int rounds = 1;
+    for (; !trimmed.refine_cells.empty() && rounds < 10; ++rounds) {
+        octree.ask(mesh, trimmed.refine_cells);
+        mesh = make();
+        trimmed = trim_with(mesh, domain, 0.25);
+    }
+    CHECK(rounds <= 3);
+    CHECK(trimmed.report.closed_manifold());
+    CHECK(trimmed.report.bare_area < 0.1 * trimmed.report.surface_area);
+
+    // A thick body gets what was asked for alone.
+    const Domain slab = make_plate(4.3, glm::dmat3(1));
+    octree = octree_round(surface_box(slab.model), 16, 0.92);
+    mesh = make();
+    trimmed = trim_with(mesh, slab, 0.25);
+    CHECK(trimmed.refine_cells.size() < 20);
+}

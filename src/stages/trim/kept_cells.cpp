@@ -190,6 +190,18 @@ std::size_t KeptCells::mend_vertices() {
     return removed;
 }
 
+bool KeptCells::is_in_layer(Index cell) const {
+    if (!kept_[cell]) return false;
+    const auto is_open = [&](int face) {
+        bool open = graph_.is_outer(cell, face);
+        graph_.visit_behind(cell, face, [&](Index other) { open = open || !kept_[other]; });
+        return open;
+    };
+    for (int f = 0; f < 6; f += 2)
+        if (is_open(f) && is_open(f + 1)) return true;
+    return false;
+}
+
 /// Faces with nothing but kept cells behind them, or without any.
 int KeptCells::count_faces(Index cell, bool towards_kept) const {
     int count = 0;

@@ -48,6 +48,8 @@ class KeptCells {
     }
     /// False for cells that were removed for a reason.
     bool may_fill(Index cell) const { return !removed_[cell]; }
+    /// True for a kept cell on the surface with two opposite faces, or parts of them.
+    bool is_in_layer(Index cell) const;
     /// True where kept and other cells (or the outside of the mesh) meet in a vertex.
     bool on_surface(Index vertex, std::vector<Index>& star) const;
 

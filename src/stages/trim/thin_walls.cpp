@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace hexopt::trimming {
 
@@ -144,6 +145,21 @@ std::size_t drop_frayed_walls(const CellGraph& graph, const KeptCells& kept, std
         return static_cast<double>(dropped) > kMostDropped * static_cast<double>(cells);
     };
     return static_cast<std::size_t>(std::erase_if(walls, is_frayed));
+}
+
+void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept,
+                        std::vector<Index>& cells) {
+    constexpr double kNoSmaller = 0.9; // sizes are halved from level to level
+    std::unordered_set<Index> seen(cells.begin(), cells.end());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        const double least = kNoSmaller * cell_size(mesh, cells[i]);
+        for (int f = 0; f < 6; ++f)
+            graph.visit_behind(cells[i], f, [&](Index other) {
+                if (cell_size(mesh, other) >= least && kept.is_in_layer(other) && seen.insert(other).second)
+                    cells.push_back(other);
+            });
+    }
+    std::sort(cells.begin(), cells.end());
 }
 
 } // namespace hexopt::trimming

@@ -27,4 +27,9 @@ std::vector<WallCell> find_wall_cells(const HexMesh& mesh, const CellGraph& grap
 /// their ends have no surface to lie on. Number of cells removed.
 std::size_t drop_frayed_walls(const CellGraph& graph, const KeptCells& kept, std::vector<WallCell>& walls);
 
+/// Adds to `cells` (rising) what is face-connected with them in a layer one cell thick, over cells no
+/// smaller: a front between levels that leaves half faces there would only move on by a cell.
+void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept,
+                        std::vector<Index>& cells);
+
 } // namespace hexopt::trimming
