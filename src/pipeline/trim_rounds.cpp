@@ -11,6 +11,8 @@ namespace hexopt {
 namespace {
 
 constexpr int kMostRounds = 12, kWallRounds = 6;
+/// After so many rounds a front between levels is taken to move through a layer of cells.
+constexpr int kMovingFront = 2;
 /// Cells are kept all over a wall of at least so many cells; a thinner one is worth a try.
 constexpr double kLeastCells = 0.8, kNeededCells = 1.5;
 constexpr double kLeastCovered = 0.7, kClearlyBare = 0.1;
@@ -193,8 +195,9 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
                                   TrimRounds& rounds, Context& context, LeakPath* leak, int narrow_levels) {
     const double thinnest_wall_h = std::exchange(options.thinnest_wall_h, 0);
     CoverSteps steps(refined, narrow_levels, thinnest_wall_h);
-    int last_round = kMostRounds;
+    int last_round = kMostRounds, asked = 0; // rounds in a row in which trimming alone asked for cells
     for (int round = 1;; ++round) {
+        options.whole_layers = asked >= kMovingFront;
         if (round == last_round) options.partial = PartialFaces::remove;
         std::vector<Index> path;
         rounds.memory.set_keys(refined.leaf_node);
@@ -209,7 +212,9 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
             fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
         if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
         if (round < last_round) {
-            if (refine_more(refined, steps.choose(*trimmed), context)) continue;
+            const bool chosen = refine_more(refined, steps.choose(*trimmed), context);
+            asked = chosen ? 0 : asked + 1;
+            if (chosen) continue;
             if (steps.begin_layers(trimmed->report)) {
                 options.thinnest_wall_h = thinnest_wall_h;
                 last_round = std::max(last_round, round + kWallRounds);
