@@ -41,23 +41,29 @@ Error AtomicFolder::failure(const char* action, int error_number) const {
                    "the earlier folder, if any, is unchanged");
 }
 
+Status AtomicFolder::check(const fs::path& target, const std::set<std::string>& replaceable) {
+    std::error_code error;
+    const fs::file_status earlier = fs::status(target, error);
+    if (fs::exists(earlier) && !fs::is_directory(earlier))
+        return refusal(target, "is a file, not a folder", "name a folder");
+    if (!fs::is_directory(earlier)) return Done{};
+    for (const fs::directory_entry& entry : fs::directory_iterator(target, error))
+        if (!replaceable.contains(entry.path().filename().string()))
+            return refusal(target,
+                           fmt::format("holds '{}', which would be lost", entry.path().filename().string()),
+                           "move it away, or write somewhere else");
+    return Done{};
+}
+
 Result<AtomicFolder> AtomicFolder::create(const fs::path& target, const std::set<std::string>& replaceable,
                                           const Context& context) {
+    if (Status free = check(target, replaceable); !free) return free.error();
     AtomicFolder folder;
     std::error_code error;
     folder.named_ = target;
     folder.target_ = fs::is_symlink(target, error) ? fs::weakly_canonical(target, error) : target;
     folder.context_ = &context;
     folder.was_cancelled_ = context.is_cancelled();
-    const fs::file_status earlier = fs::status(folder.target_, error);
-    if (fs::exists(earlier) && !fs::is_directory(earlier))
-        return refusal(target, "is a file, not a folder", "name a folder");
-    if (fs::is_directory(earlier))
-        for (const fs::directory_entry& entry : fs::directory_iterator(folder.target_, error))
-            if (!replaceable.contains(entry.path().filename().string()))
-                return refusal(
-                    target, fmt::format("holds '{}', which would be lost", entry.path().filename().string()),
-                    "move it away, or write somewhere else");
     static std::atomic<unsigned> serial{0};
     folder.temporary_ =
         parent_of(folder.target_) /

@@ -18,6 +18,9 @@ namespace hexopt {
 /// `replaceable`, which would be lost), cancelled as for AtomicFile.
 class AtomicFolder {
   public:
+    /// Whether a folder may go there, for who wants to know before there is one; looks at names only.
+    static Status check(const std::filesystem::path& target, const std::set<std::string>& replaceable);
+
     /// replaceable: names that may be thrown away with an earlier folder.
     static Result<AtomicFolder> create(const std::filesystem::path& target,
                                        const std::set<std::string>& replaceable, const Context& context);

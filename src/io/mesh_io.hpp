@@ -82,6 +82,10 @@ struct WriteOptions {
     std::vector<std::string> empty_patches = {};
 };
 
+/// The format that write_mesh() would write, for who wants to know before there is a mesh. Errors: usage
+/// (unknown extension, format and encoding that exclude one another).
+Result<MeshFormat> choose_format(const std::filesystem::path& path, const WriteOptions& options);
+
 /// Writes a mesh with its levels, hanging constraints and patches, and arrays on vertices and cells. Of two
 /// arrays with the same name and location the later is written. The file appears whole or not at all, as
 /// AtomicFile describes; same input, same bytes. Errors: usage (unknown extension, format and encoding that

@@ -176,8 +176,7 @@ Result<MeshFormat> format_of_name(const std::filesystem::path& path) {
                        "name the file .vtu, .vtk, .mesh or .foam, or a folder polyMesh", ErrorCode::usage);
 }
 
-Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::span<const FieldData> fields,
-                  const WriteOptions& options, Context& context) {
+Result<MeshFormat> choose_format(const std::filesystem::path& path, const WriteOptions& options) {
     const Result<MeshFormat> format =
         options.format == MeshFormat::from_name ? format_of_name(path) : Result<MeshFormat>(options.format);
     if (!format) return format.error();
@@ -193,6 +192,13 @@ Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::s
     if (options.compression_level < 1 || options.compression_level > 9)
         return write_error(path, fmt::format("compression level {}", options.compression_level),
                            "give 1 to 9", ErrorCode::usage);
+    return format;
+}
+
+Status write_mesh(const std::filesystem::path& path, const HexMesh& mesh, std::span<const FieldData> fields,
+                  const WriteOptions& options, Context& context) {
+    const Result<MeshFormat> format = choose_format(path, options);
+    if (!format) return format.error();
     try {
         if (Status status = check_mesh(path, mesh); !status) return status;
         for (const FieldData& field : fields)

@@ -229,6 +229,10 @@ fs::path openfoam_folder(const fs::path& path) {
     return {};
 }
 
+Status check_openfoam_folder(const fs::path& path) {
+    return AtomicFolder::check(openfoam_folder(path), mesh_files());
+}
+
 Status write_openfoam(const fs::path& path, const HexMesh& mesh, Encoding encoding,
                       std::span<const std::string> empty_patches, Context& context) {
     const fs::path target = openfoam_folder(path);

@@ -8,6 +8,10 @@ namespace hexopt {
 /// or constant/polyMesh beside a marker file NAME.foam, which ParaView opens; empty for any other name.
 std::filesystem::path openfoam_folder(const std::filesystem::path& path);
 
+/// Whether write_openfoam() may put its folder there: error output_failed where a file is in the way, or the
+/// folder holds what is no part of a mesh.
+Status check_openfoam_folder(const std::filesystem::path& path);
+
 /// Writes a mesh as OpenFOAM's polyMesh: points, faces, owner, neighbour, boundary, and where the mesh has
 /// levels cellLevel and pointLevel. Hanging vertices become corners of all faces beside them, so that the
 /// mesh is one of conforming polyhedra; cells keep their order, faces come in upper triangular order. Patches

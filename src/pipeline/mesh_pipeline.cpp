@@ -64,6 +64,14 @@ Error report_leak(const MeshJob& job, const LeakPath& leak, Error error, Context
     return error;
 }
 
+std::vector<std::filesystem::path> files_read(const MeshJob& job) {
+    std::vector<std::filesystem::path> files = job.surfaces;
+    files.insert(files.end(), job.feature_files.begin(), job.feature_files.end());
+    files.push_back(job.initial_mesh);
+    for (const RegionTarget& region : job.options.refine.regions) files.emplace_back(region.file);
+    return files;
+}
+
 /// None where the job asks for none.
 Result<std::optional<Checkpoint>> open_checkpoint(const MeshJob& job, Context& context) {
     if (job.checkpoint.empty()) {
@@ -138,7 +146,9 @@ Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context
 
 Result<MeshJobResult> run_mesh_job(const MeshJob& given, Context& context) {
     MeshJob job = given;
-    if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
+    if (auto status =
+            check_outputs({job.output, job.picture, job.report, job.html}, job.write, files_read(job));
+        !status)
         return status.error();
     if (job.surfaces.empty()) return make_error(ErrorCode::usage, "mesh", "", "no surface is given");
     auto checkpoint = open_checkpoint(job, context);

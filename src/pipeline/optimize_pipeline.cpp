@@ -54,11 +54,20 @@ Status write_results(const OptimizeJob& job, MeshFile& file, const std::vector<P
     return Done{};
 }
 
+/// The mesh may be written over the one that is read; nothing else may.
+Status check_places(const OptimizeJob& job) {
+    const Status ok = check_outputs({job.output, job.picture, job.report, job.html}, {}, {job.surface});
+    if (!ok) return ok;
+    for (const auto& path : {job.picture, job.report, job.html})
+        if (!path.empty())
+            if (Status kept = check_not_read(path, {job.input}); !kept) return kept;
+    return Done{};
+}
+
 } // namespace
 
 Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& context) {
-    if (auto status = check_outputs(job.output, {job.report, job.picture, job.html}); !status)
-        return status.error();
+    if (auto status = check_places(job); !status) return status.error();
     StageClock clock;
     context.report("read", 0);
     auto file = clock.run("read", [&] { return read_mesh_file(job.input, context); });

@@ -242,7 +242,8 @@ Result<std::string> make_html_report(const json& report, const std::vector<Repor
         report.is_object() ? measured_meshes(report) : std::vector<Measured>();
     if (meshes.empty())
         return make_error(ErrorCode::bad_input, "report", "",
-                          "holds no quality: expected what 'optimize --report' or 'quality --json' writes");
+                          "holds no quality: expected what 'mesh --report', 'optimize --report' or 'quality "
+                          "--json' writes");
     std::string html =
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
         "<meta name=\"viewport\" content=\"width=device-width\"><title>Mesh quality</title>\n<style>";

@@ -2,6 +2,7 @@
 
 #include "io/atomic_file.hpp"
 
+#include <cctype>
 #include <cstdlib>
 #include <stdexcept>
 #include <zlib.h>
@@ -59,6 +60,14 @@ std::string encode_png(const Image& image) {
     append_chunk(png, "IDAT", deflated(filtered_rows(image)));
     append_chunk(png, "IEND", "");
     return png;
+}
+
+Status check_png_name(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extension == ".png") return Done{};
+    return make_error(ErrorCode::usage, "write", file.string(),
+                      "pictures are written as PNG; name the file .png");
 }
 
 Status write_png(const std::filesystem::path& file, const Image& image, const Context& context) {

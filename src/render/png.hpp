@@ -13,6 +13,9 @@ namespace hexopt {
 /// bytes with the same zlib.
 std::string encode_png(const Image& image);
 
+/// Error usage unless the name ends in .png, which is all that write_png() can write.
+Status check_png_name(const std::filesystem::path& file);
+
 /// Atomic: see AtomicFile. Error: output_failed.
 Status write_png(const std::filesystem::path& file, const Image& image, const Context& context);
 

@@ -192,6 +192,54 @@ class Mesh(Command):
         self.assert_error(run("mesh", domain, "-o", out), BAD_INPUT, "pipe.hxd:")
         self.assertFalse(out.exists())
 
+    def test_page_of_a_report(self):
+        report, page, later = self.path("report.json"), self.path("page.html"), self.path("later.html")
+        out = self.path("out.vtu")
+        result = run("mesh", self.surface(), "-o", out, "--cells", 600, "--report", report, "--html", page)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        result = run("report", report, "-o", later)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertEqual(later.read_text().count("data:image/png"), page.read_text().count("data:image/png"))
+        self.assert_error(run("report", report, "-o", report), USAGE, "report.json")
+        out.unlink()
+        self.assert_error(run("report", report, "-o", later), BAD_INPUT, "out.vtu", "--no-pictures")
+        self.assertEqual(run("report", report, "-o", later, "--no-pictures").returncode, OK)
+        report.write_text('{"quality_after": {"cells": 1e999}}')
+        self.assert_error(run("report", report, "-o", later), BAD_INPUT, "report.json", "too large")
+
+    def test_outputs_are_checked_first(self):
+        """Before anything is read, so that no other error hides these and no hours are lost."""
+        surface = self.path("none.stl")
+        out, case = self.path("out.vtu"), self.path("case")
+        (case / "constant" / "polyMesh").mkdir(parents=True)
+        (case / "constant" / "polyMesh" / "mine").touch()
+        for code, word, *arguments in (
+                (USAGE, "two outputs", "-o", out, "--report", out),
+                (USAGE, "two outputs", "-o", out, "--report", self.path("a"), "--html", self.folder / "." / "a"),
+                (USAGE, "would be lost", "-o", out, "--report", surface),
+                (USAGE, "would be lost", "-o", out, "--initial-mesh", out),
+                (USAGE, "would be lost", "-o", self.path("l.vtk"), "--features", self.path("l.vtk")),
+                (USAGE, ".png", "-o", out, "--picture", self.path("a.jpg")),
+                (USAGE, "binary", "-o", self.path("a.mesh"), "--encoding", "binary"),
+                (USAGE, "polyhedra", "-o", self.path("a.vtk"), "--polyhedra", "yes"),
+                (OUTPUT_FAILED, "'mine'", "-o", case / "x.foam"),
+                (OUTPUT_FAILED, "create it first", "-o", self.path("no/such/x.foam")),
+                (OUTPUT_FAILED, "directory", "-o", out, "--html", case)):
+            with self.subTest(word=word, arguments=arguments):
+                self.assert_error(run("mesh", surface, *arguments), code, word)
+        mesh = self.make()
+        kept = mesh.read_bytes()
+        self.assert_error(run("optimize", mesh, out, "--report", mesh), USAGE, "would be lost")
+        self.assert_error(run("quality", mesh, "--json", mesh), USAGE, "would be lost")
+        self.assert_error(run("render", mesh, "-o", mesh), USAGE, ".png")
+        self.assertEqual(mesh.read_bytes(), kept)
+
+    @unittest.skipIf(os.geteuid() == 0, "root may write everywhere")
+    def test_folder_that_may_not_be_written_to(self):
+        closed = self.path("closed")
+        closed.mkdir(mode=0o555)
+        self.assert_error(run("mesh", self.path("none.stl"), "-o", closed / "out.vtu"), OUTPUT_FAILED, "closed")
+
     def test_bad_arguments(self):
         config = self.path("config.toml")
         config.write_text("[refine]\nmax_cels = 5\n")

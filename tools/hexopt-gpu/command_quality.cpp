@@ -1,6 +1,7 @@
 #include "command.hpp"
 #include "io/atomic_file.hpp"
 #include "load_mesh.hpp"
+#include "pipeline/check_outputs.hpp"
 #include "quality/report_json.hpp"
 #include "quality/report_text.hpp"
 
@@ -34,6 +35,9 @@ void judge(const QualityReport& report, const QualityCommand& options, Session& 
 
 void run(const QualityCommand& options, Session& session) {
     Context& context = session.context();
+    if (!options.json.empty())
+        if (const Status kept = check_not_read(options.json, {options.mesh}); !kept)
+            return session.fail(kept.error());
     const Result<LoadedMesh> loaded = load_mesh(options.mesh, context);
     if (!loaded) return session.fail(loaded.error());
     QualityOptions wanted;

@@ -41,6 +41,7 @@ void run(const RenderCommand& command, Session& session) {
     Context& context = session.context();
     const Result<RenderOptions> options = parse(command);
     if (!options) return session.fail(options.error());
+    if (const Status named = check_png_name(command.output); !named) return session.fail(named.error());
     const Result<LoadedMesh> loaded = load_mesh(command.mesh, context);
     if (!loaded) return session.fail(loaded.error());
     const Result<Image> image = render_mesh(loaded->mesh, loaded->topology, *options, context);

@@ -2,6 +2,8 @@
 #include "io/atomic_file.hpp"
 #include "io/file_bytes.hpp"
 #include "load_mesh.hpp"
+#include "pipeline/check_outputs.hpp"
+#include "pipeline/mesh_pictures.hpp"
 #include "render/html_report.hpp"
 #include "render/png.hpp"
 #include "render/render_mesh.hpp"
@@ -26,18 +28,25 @@ Result<nlohmann::json> read_json(const std::string& file, Context& context) {
     } catch (const nlohmann::json::parse_error& error) {
         return make_error(ErrorCode::bad_input, "report", fmt::format("{}: byte {}", file, error.byte),
                           "is not JSON");
+    } catch (const nlohmann::json::exception&) {
+        return make_error(ErrorCode::bad_input, "report", file,
+                          "holds a number that is too large to be kept");
     }
+}
+
+Result<LoadedMesh> load_named_mesh(const std::string& file, Context& context) {
+    Result<LoadedMesh> loaded = load_mesh(file, context);
+    if (loaded) return loaded;
+    Error error = loaded.error();
+    error.reasons.push_back("--no-pictures makes the report without the meshes it names");
+    return error;
 }
 
 /// The mesh from outside and cut in half.
 Status add_pictures(std::vector<ReportPicture>& pictures, const std::string& title, const std::string& file,
                     Context& context) {
-    const Result<LoadedMesh> loaded = load_mesh(file, context);
-    if (!loaded) {
-        Error error = loaded.error();
-        error.reasons.push_back("--no-pictures makes the report without the meshes it names");
-        return error;
-    }
+    const Result<LoadedMesh> loaded = load_named_mesh(file, context);
+    if (!loaded) return loaded.error();
     for (bool cut : {false, true}) {
         RenderOptions options;
         options.size = {1000, 750};
@@ -63,17 +72,28 @@ Result<std::vector<ReportPicture>> draw_pictures(const nlohmann::json& report, C
     return pictures;
 }
 
+Result<std::string> make_page(const nlohmann::json& report, bool has_pictures, Context& context) {
+    if (!has_pictures || !report.is_object()) return make_html_report(report, {});
+    // Only `mesh` has attempts; its input is a surface.
+    if (report.contains("attempts")) {
+        const auto output = report.find("output");
+        if (output == report.end() || !output->is_string()) return make_html_report(report, {});
+        const Result<LoadedMesh> loaded = load_named_mesh(output->get<std::string>(), context);
+        if (!loaded) return loaded.error();
+        return make_mesh_page(report, loaded->mesh, context);
+    }
+    const Result<std::vector<ReportPicture>> pictures = draw_pictures(report, context);
+    if (!pictures) return pictures.error();
+    return make_html_report(report, *pictures);
+}
+
 void run(const ReportCommand& command, Session& session) {
     Context& context = session.context();
+    if (const Status kept = check_not_read(command.output, {command.report}); !kept)
+        return session.fail(kept.error());
     const Result<nlohmann::json> report = read_json(command.report, context);
     if (!report) return session.fail(report.error());
-    std::vector<ReportPicture> pictures;
-    if (!command.no_pictures && report->is_object()) {
-        Result<std::vector<ReportPicture>> drawn = draw_pictures(*report, context);
-        if (!drawn) return session.fail(drawn.error());
-        pictures = std::move(*drawn);
-    }
-    const Result<std::string> html = make_html_report(*report, pictures);
+    const Result<std::string> html = make_page(*report, !command.no_pictures, context);
     if (!html) return session.fail(html.error());
     const Status written = write_atomically(command.output, *html, context);
     if (!written) return session.fail(written.error());
@@ -87,7 +107,9 @@ void add_report(CLI::App& app, Session& session) {
     CLI::App* command =
         app.add_subcommand("report", "Turn a JSON report into one web page with histograms and pictures");
     const auto options = std::make_shared<ReportCommand>();
-    command->add_option("report", options->report, "What 'optimize --report' or 'quality --json' wrote")
+    command
+        ->add_option("report", options->report,
+                     "What 'mesh --report', 'optimize --report' or 'quality --json' wrote")
         ->required()
         ->type_name("REPORT.json");
     command->add_option("-o,--output", options->output, "Page to write")->required()->type_name("FILE.html");
