@@ -130,25 +130,26 @@ MeshKey farfield_key() {
 }
 
 MeshKey seeds_key() {
-    return {"trim.seeds",
-            "--seeds",
-            "Points in what is to be meshed, one after the other; none: inside and outside are found by "
-            "themselves",
-            Kind::numbers,
-            "X,Y,Z,...",
-            [](const MeshJob& job) {
-                std::vector<double> list;
-                for (const Point& p : job.options.trim.seeds) list.insert(list.end(), {p.x, p.y, p.z});
-                return ConfigValue(list);
-            },
-            [](MeshJob& job, const ConfigValue& value) -> std::string {
-                const auto& x = std::get<std::vector<double>>(value);
-                if (x.size() % 3 != 0) return "must be three numbers a point";
-                job.options.trim.seeds.clear();
-                for (std::size_t i = 0; i < x.size(); i += 3)
-                    job.options.trim.seeds.emplace_back(x[i], x[i + 1], x[i + 2]);
-                return {};
-            }};
+    return {
+        "trim.seeds",
+        "--seeds",
+        "Points in what is to be meshed, one after the other; closed surfaces that do not bound it are left "
+        "out; none: inside and outside are found by themselves",
+        Kind::numbers,
+        "X,Y,Z,...",
+        [](const MeshJob& job) {
+            std::vector<double> list;
+            for (const Point& p : job.options.trim.seeds) list.insert(list.end(), {p.x, p.y, p.z});
+            return ConfigValue(list);
+        },
+        [](MeshJob& job, const ConfigValue& value) -> std::string {
+            const auto& x = std::get<std::vector<double>>(value);
+            if (x.size() % 3 != 0) return "must be three numbers a point";
+            job.options.trim.seeds.clear();
+            for (std::size_t i = 0; i < x.size(); i += 3)
+                job.options.trim.seeds.emplace_back(x[i], x[i + 1], x[i + 2]);
+            return {};
+        }};
 }
 
 MeshKey initial_cells_key() {
@@ -549,6 +550,14 @@ const std::vector<MeshKey>& mesh_keys() {
         return all;
     }();
     return keys;
+}
+
+bool is_of_domain(const MeshKey& key) {
+    // Which features are weak, noise or too narrow depends on the cells of a mesh.
+    for (const char* of_mesh : {"features.weak", "features.noise_angle", "features.narrow"})
+        if (key.name == of_mesh) return false;
+    const std::string_view section = std::string_view(key.name).substr(0, key.name.find('.'));
+    return section == "surface" || section == "features" || section == "farfield";
 }
 
 } // namespace hexopt

@@ -32,6 +32,9 @@ struct MeshKey {
 /// ".level").
 const std::vector<MeshKey>& mesh_keys();
 
+/// Whether the key says what is meshed, which a domain file settles.
+bool is_of_domain(const MeshKey& key);
+
 /// Sets one key. `where`: the flag, or the file and line. Errors (usage): an unknown key, with the nearest
 /// known one; a value of the wrong kind or out of range.
 Status set_mesh_key(MeshJob& job, std::string_view name, const ConfigValue& value, const std::string& where);

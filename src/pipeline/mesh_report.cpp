@@ -12,8 +12,11 @@ using nlohmann::json;
 
 json options_json(const MeshJob& job) {
     json options = json::object();
-    for (const MeshKey& key : mesh_keys())
+    for (const MeshKey& key : mesh_keys()) {
         std::visit([&](const auto& value) { options[key.name] = value; }, key.get(job));
+        if (key.kind == MeshKey::Kind::whole)
+            options[key.name] = static_cast<std::int64_t>(std::get<double>(key.get(job)));
+    }
     for (const PatchTarget& patch : job.options.refine.patches) {
         const std::string prefix = "patches." + patch.patch;
         if (patch.target.level >= 0)
@@ -35,6 +38,7 @@ json surface_json(const MeshOutcome& o) {
             {"sheet_triangles", o.orientation.sheet_triangles},
             {"bodies", o.orientation.bodies},
             {"cavities", o.orientation.cavities},
+            {"left_out_bodies", o.left_out_bodies},
             {"open_pieces", o.orientation.open_pieces},
             {"open_edges_given", o.weld.open_edges_before},
             {"merged_vertices", o.weld.merged_vertices},

@@ -1,5 +1,6 @@
 #include "pipeline/mesh_surface.hpp"
 
+#include "pipeline/check_initial_mesh.hpp"
 #include "pipeline/checkpoint.hpp"
 #include "pipeline/finish_surface.hpp"
 #include "pipeline/make_attempts.hpp"
@@ -67,6 +68,10 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
                                     weld.open_edges_before - weld.open_edges_after, weld.open_edges_before));
     if (outcome.orientation.flipped_triangles > 0)
         notes.push_back(fmt::format("{} triangles were turned over.", outcome.orientation.flipped_triangles));
+    if (outcome.left_out_bodies > 0)
+        notes.push_back(
+            fmt::format("{} closed surfaces were left out, which do not bound what the seeds are in.",
+                        outcome.left_out_bodies));
     if (outcome.orientation.sheet_triangles > 0)
         notes.push_back(fmt::format("{} triangles with the inside on both sides were left out.",
                                     outcome.orientation.sheet_triangles));
@@ -296,6 +301,7 @@ Result<MeshState> start_or_resume(FeatureDomains& domains, const MeshOptions& op
 void describe_domain(const PreparedDomain& prepared, MeshOutcome& outcome) {
     outcome.weld = prepared.weld;
     outcome.orientation = prepared.orientation;
+    outcome.left_out_bodies = prepared.left_out_bodies;
     const Domain& domain = prepared.domain;
     outcome.patches = domain.model.patch_count();
     outcome.curves = domain.model.curve_count();
@@ -318,6 +324,7 @@ Result<MeshOutcome> mesh_surface(const TriangleSoup& surface, const MeshOptions&
 Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& options, StageClock& clock,
                                 Context& context, LeakPath* leak, Checkpoint* checkpoint) {
     if (Status ok = check_options(options); !ok) return ok.error();
+    if (Status ok = check_initial_mesh(prepared.domain, options, context); !ok) return ok.error();
     MeshOutcome outcome;
     FeatureDomains domains(prepared.domain);
     describe_domain(prepared, outcome);
@@ -346,6 +353,12 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     name_patches(outcome.mesh, domain, context.parallel());
     if (options.buffers && !outcome.buffer)
         outcome.notes.emplace_back("Buffer layers were left out: with them not all cells became valid.");
+    if (outcome.mesh.cell_count() > options.refine.max_cells)
+        outcome.notes.push_back(
+            fmt::format("The mesh has more cells than --max-cells {}, which bounds the octree: "
+                        "its layers under the surface come on top, and the initial mesh is "
+                        "where it begins.",
+                        options.refine.max_cells));
     note_narrow(outcome, domains.whole(), outcome.notes);
     note_dropped(outcome, domains.whole(), outcome.notes);
     add_notes(outcome, domain, outcome.notes);

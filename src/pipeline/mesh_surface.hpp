@@ -47,6 +47,7 @@ struct MeshOutcome {
 
     WeldReport weld;
     OrientationReport orientation;
+    std::size_t left_out_bodies = 0; ///< closed surfaces that bound nothing that the seeds are in
     std::size_t patches = 0, curves = 0, corners = 0; ///< of the domain
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
     RefineStats refine;

@@ -2,6 +2,7 @@
 
 #include "domain/insert_features.hpp"
 #include "domain/surface_creases.hpp"
+#include "pipeline/seeded_surface.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -112,11 +113,15 @@ Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOpt
         "weld", [&] { return weld_surface(surface, options.weld_rel * compute_diagonal(surface), context); });
     if (!welded) return welded.error();
     prepared.weld = welded->report;
-    auto oriented = clock.run("orient", [&] {
-        return options.farfield
-                   ? orient_surface(add_farfield(std::move(welded->soup), *options.farfield), context)
-                   : orient_surface(welded->soup, context);
-    });
+    if (options.farfield) welded->soup = add_farfield(std::move(welded->soup), *options.farfield);
+    if (!options.trim.seeds.empty()) {
+        auto seeded = clock.run(
+            "seeds", [&] { return keep_around_seeds(std::move(welded->soup), options.trim.seeds, context); });
+        if (!seeded) return seeded.error();
+        prepared.left_out_bodies = seeded->left_out_bodies;
+        welded->soup = std::move(seeded->soup);
+    }
+    auto oriented = clock.run("orient", [&] { return orient_surface(welded->soup, context); });
     if (!oriented) return oriented.error();
     prepared.orientation = oriented->report;
     auto featured = add_feature_lines(std::move(oriented->soup), options, clock, context);

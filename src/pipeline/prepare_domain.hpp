@@ -17,12 +17,14 @@ struct PreparedDomain {
     Domain domain;
     WeldReport weld;
     OrientationReport orientation;
+    std::size_t left_out_bodies = 0;   ///< closed surfaces that bound nothing that the seeds are in
     std::vector<CadSource> cad;        ///< CAD files among those that it was read from; set by load_domain()
     std::size_t feature_triangles = 0; ///< made by cutting others along given feature lines
 };
 
-/// From triangles to what is meshed: weld, farfield box, orient, given feature lines, features by angle.
-/// Errors: usage (an option out of range), bad_input (a surface that cannot be meshed), cancelled.
+/// From triangles to what is meshed: weld, farfield box, what bounds the seeds' parts, orient, given feature
+/// lines, features by angle. Errors: usage (an option out of range), bad_input (a surface that cannot be
+/// meshed), cancelled.
 Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOptions& options,
                                       StageClock& clock, Context& context);
 
