@@ -48,7 +48,9 @@ Result<DeviceChoice> choose_by_name(const std::string& request, Precision precis
         if (is_index ? device.index == index
                      : lower(device.capabilities.name).find(lower(request)) != std::string::npos)
             found.push_back(&device);
-    if (found.empty()) return usage("no device \"" + request + "\"; `hexopt-gpu devices` lists them");
+    if (found.empty())
+        return make_error(ErrorCode::device, "device", request,
+                          "there is no such device; `hexopt-gpu devices` lists them");
     if (found.size() > 1) return usage("\"" + request + "\" names several devices; give the index");
     if (const std::string missing = missing_for(*found.front(), precision); !missing.empty())
         return make_error(ErrorCode::device, "device", found.front()->capabilities.name, "lacks " + missing);

@@ -47,6 +47,12 @@ Status add_hanging(const std::string& file, HexMesh& mesh, const Context& contex
     return Done{};
 }
 
+/// Written, but not read: an empty marker, or a folder.
+bool is_openfoam_name(const std::filesystem::path& path) {
+    const std::filesystem::path plain = path.has_filename() ? path : path.parent_path();
+    return plain.extension() == ".foam" || plain.filename() == "polyMesh";
+}
+
 } // namespace
 
 Result<MeshFile> io_detail::read_mesh_bytes(const std::string& file, std::string_view bytes, Context& context,
@@ -59,6 +65,11 @@ Result<MeshFile> io_detail::read_mesh_bytes(const std::string& file, std::string
 
 Result<MeshFile> read_mesh_file(const std::filesystem::path& path, Context& context,
                                 const ReadOptions& options) {
+    if (is_openfoam_name(path))
+        return Error{ErrorCode::bad_input,
+                     "read",
+                     path.string(),
+                     {"OpenFOAM's meshes are written, but not read", "name the mesh as .vtu, .vtk or .mesh"}};
     try {
         const Result<FileBytes> bytes = read_file(path, context);
         if (!bytes) return bytes.error();

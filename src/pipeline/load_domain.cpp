@@ -1,5 +1,6 @@
 #include "io/domain_file.hpp"
 #include "io/read_feature_lines.hpp"
+#include "io/read_outline.hpp"
 #include "io/read_surface.hpp"
 #include "pipeline/mesh_keys.hpp"
 #include "pipeline/mesh_pipeline.hpp"
@@ -12,17 +13,14 @@ namespace hexopt {
 
 namespace {
 
-/// A domain file holds what the keys of these sections would say.
+/// A domain file holds what these keys would say.
 Status check_settled(const MeshJob& job, const std::string& file) {
     const MeshJob standard;
-    for (const MeshKey& key : mesh_keys()) {
-        const std::string section = key.name.substr(0, key.name.find('.'));
-        if (section != "surface" && section != "features" && section != "farfield") continue;
-        if (key.get(job) != key.get(standard))
+    for (const MeshKey& key : mesh_keys())
+        if (is_of_domain(key) && key.get(job) != key.get(standard))
             return make_error(
                 ErrorCode::usage, "domain", file,
                 fmt::format("it settles what {} would; give that to hexopt-gpu domain", key.flag));
-    }
     return Done{};
 }
 
@@ -50,6 +48,10 @@ Result<PreparedDomain> load_domain(const MeshJob& job, StageClock& clock, Contex
                               "a domain file is given alone: it holds all that is meshed");
         return load_domain_file(job, clock, context);
     }
+    if (const auto outline = std::find_if(job.surfaces.begin(), job.surfaces.end(), is_outline_name);
+        outline != job.surfaces.end())
+        return make_error(ErrorCode::usage, "domain", outline->string(),
+                          "outlines have no domain file; hexopt-gpu mesh takes them as they are");
     auto surface = clock.run("read", [&] { return read_surfaces(job.surfaces, job.tessellation, context); });
     if (!surface) return surface.error();
     return prepare_surface(*surface, job, clock, context);

@@ -108,6 +108,9 @@ Status name_hanging(HexMesh& mesh, Context& context) {
 Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob& job, StageClock& clock,
                                   Context& context, Checkpoint* checkpoint) {
     if (!prepared) return prepared.error();
+    if (job.options.thickness != 0)
+        return make_error(ErrorCode::usage, "planar", "--thickness",
+                          "planar.thickness has no effect on meshes in space; leave it out");
     MeshOptions options = job.options;
     if (!job.initial_mesh.empty()) {
         auto initial = clock.run("read_initial", [&] { return read_mesh(job.initial_mesh, context); });

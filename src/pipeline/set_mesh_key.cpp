@@ -37,9 +37,14 @@ Error unknown_key(std::string_view name, const std::string& where) {
     std::string nearest = "patches.NAME.size";
     std::size_t best = std::numeric_limits<std::size_t>::max();
     for (const MeshKey& key : mesh_keys()) {
-        // Compared whole, and without the section, which is easily forgotten.
+        // Compared whole, without the section, which is easily forgotten, and as its flag, which may be
+        // better known.
         const std::string_view last = std::string_view(key.name).substr(key.name.find('.') + 1);
-        const std::size_t distance = std::min(edit_distance(name, key.name), edit_distance(name, last) + 1);
+        std::string flag = key.flag.substr(2);
+        std::replace(flag.begin(), flag.end(), '-', '_');
+        const std::string_view last_given = name.substr(name.find('.') + 1);
+        const std::size_t distance = std::min({edit_distance(name, key.name), edit_distance(name, last) + 1,
+                                               edit_distance(last_given, flag) + 1});
         if (distance < best) best = distance, nearest = key.name;
     }
     return usage_error(where, fmt::format("unknown key '{}'; did you mean '{}'?", name, nearest));

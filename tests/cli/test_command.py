@@ -15,7 +15,7 @@ from pathlib import Path
 
 COMMAND = os.environ["HEXOPT_GPU"]
 SANITIZED = os.environ.get("HEXOPT_SANITIZE", "") != ""
-OK, USAGE, BAD_INPUT, OUTPUT_FAILED, NO_VALID_MESH, MEMORY, CANCELLED, BELOW_TARGET = 0, 2, 3, 4, 5, 7, 8, 9
+OK, USAGE, BAD_INPUT, OUTPUT_FAILED, NO_VALID_MESH, DEVICE, MEMORY, CANCELLED, BELOW_TARGET = 0, 2, 3, 4, 5, 6, 7, 8, 9
 
 # A unit cube whose bottom face is turned over: no vertex is free with a fixed boundary.
 INVERTED_CUBE = """# vtk DataFile Version 3.0
@@ -77,6 +77,18 @@ class Usage(Command):
                               ("--feature-angle", "181")):
             with self.subTest(option=option):
                 self.assert_error(run("optimize", "a.vtu", "b.vtu", option, value), USAGE, option)
+
+    def test_choices(self):
+        self.assert_error(run("optimize", "a.vtu", "b.vtu", "--method", "magic"), USAGE, "'magic'", "robust|thesis")
+        self.assert_error(run("render", "a.vtu", "-o", "b.png", "--color", "0"), USAGE, "quality|level|patch|none")
+
+    def test_options_without_effect(self):
+        for option, value in (("--surface", "s.stl"), ("--feature-angle", 20), ("--max-deviation-rel", 0.01), ("--starts", 2)):
+            for fixed in (("--boundary", "fixed"), ("--method", "thesis")):
+                self.assert_error(run("optimize", "a.vtu", "b.vtu", *fixed, option, value), USAGE, option)
+        self.assert_error(run("validate", "a.vtu", "--device", "cpu"), BAD_INPUT)
+        for flag in ("--weak-features", "--noise-angle", "--narrow-features"): # which need cells
+            self.assert_error(run("domain", "a.stl", "-o", "a.hxd", flag, "0"), USAGE, flag)
 
     def test_unknown_sample(self):
         self.assert_error(run("sample", "teapot", "-o", self.path("a.vtu")), USAGE, "teapot")
@@ -178,6 +190,33 @@ class Mesh(Command):
         self.assert_error(run("mesh", surface, "-o", self.path("out.vtu"), "--features", self.path("none.obj")),
                           BAD_INPUT, "none.obj")
 
+    def test_features_of_domain_files_that_need_cells(self):
+        domain = self.path("in.hxd")
+        self.assertEqual(run("domain", self.surface(), "-o", domain).returncode, OK)
+        result = run("mesh", domain, "-o", self.path("out.vtu"), "--cells", 500, "--noise-angle", 0, "--narrow-features", 0)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assert_error(run("mesh", domain, "-o", self.path("out.vtu"), "--feature-angle", 20), USAGE, "--feature-angle")
+        outline = self.path("a.dat")
+        outline.write_text("0 0\n1 0\n1 1\n")
+        self.assert_error(run("domain", outline, "-o", domain), USAGE, "a.dat")
+
+    def test_most_cells(self):
+        out = self.path("out.vtu")
+        result = run("mesh", self.surface(), "-o", out, "--max-cells", 2000, "--report", self.path("report.json"))
+        self.assertEqual(result.returncode, OK, result.stderr)
+        report = json.loads(self.path("report.json").read_text())
+        self.assertLess(report["quality_after"]["cells"], 2000)
+        self.assertGreater(report["quality_after"]["cells"], 500)
+        self.assertEqual(report["options"]["refine.max_cells"], 2000)
+        result = run("mesh", self.surface(), "-o", out, "--level", 1, "--max-cells", 5)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        self.assertIn("more cells than --max-cells 5", result.stdout)
+
+    def test_openfoam_is_not_read(self):
+        marker = self.path("case.foam")
+        marker.touch()
+        self.assert_error(run("quality", marker), BAD_INPUT, "OpenFOAM", ".vtu")
+
     def test_bad_domain_files(self):
         surface, domain, out = self.surface(), self.path("pipe.hxd"), self.path("out.vtu")
         self.assertEqual(run("domain", surface, "-o", domain).returncode, OK)
@@ -250,6 +289,14 @@ class Mesh(Command):
         self.assert_error(run("mesh", surface, "-o", out, "--rings", "99"), USAGE, "--rings")
         self.assert_error(run("mesh", surface, "-o", out, "--patch-size", "wall"), USAGE, "--patch-size")
         self.assert_error(run("mesh", surface, "-o", out, "--patch-size", "roof=1"), USAGE, "roof")
+        config.write_text("[features]\nfeature_angle = 20\n") # the flag's name
+        self.assert_error(run("mesh", surface, "-o", out, "-c", config), USAGE, "'features.angle'")
+        self.assert_error(run("mesh", surface, "-o", out, "--size", 1, "--level", 2), USAGE, "--level", "--size")
+        self.assert_error(run("mesh", surface, "-o", out, "--patch-size", "wall=1", "--patch-level", "wall=1"),
+                          USAGE, "--patch-level", "'wall'")
+        self.assert_error(run("mesh", surface, "-o", out, "--cells", 9, "--cells", 8), USAGE, "--cells", "more than once")
+        self.assert_error(run("mesh", surface, "-o", out, "--cells"), USAGE, "--cells", "missing")
+        self.assert_error(run("mesh", surface, "-o", out, "--thickness", 1), USAGE, "--thickness")
         self.assert_error(run("mesh", surface), USAGE, "-o")
         self.assert_error(run("mesh", "-o", out), USAGE, "SURFACE")
         self.assert_error(run("mesh", self.path("none.stl"), "-o", out), BAD_INPUT, "none.stl")
@@ -402,7 +449,7 @@ class OpenFoam(Command):
 class Device(Command):
     def test_unknown_device(self):
         result = run("optimize", self.make(), self.path("out.vtu"), "--boundary", "fixed", "--device", "teapot")
-        self.assert_error(result, USAGE, "teapot")
+        self.assert_error(result, DEVICE, "teapot")
 
     def test_what_only_the_host_does_is_refused(self):
         mesh = self.make()

@@ -50,7 +50,7 @@ TEST_CASE("device choice: by index and by part of the name") {
         return choice ? ErrorCode::ok : choice.error().code;
     };
     CHECK(code("card", Precision::f64) == ErrorCode::usage);
-    CHECK(code("7", Precision::f64) == ErrorCode::usage);
+    CHECK(code("7", Precision::f64) == ErrorCode::device);
     CHECK(code("1", Precision::f64) == ErrorCode::device);
     CHECK(code("1", Precision::f32) == ErrorCode::ok);
     CHECK(code("Old", Precision::f32) == ErrorCode::device);

@@ -20,6 +20,9 @@ complete_words() {
 [ "$(complete_words hexopt-gpu opt)" = optimize ]
 [ "$(complete_words hexopt-gpu optimize a b --max)" = --max-deviation-rel ]
 [ "$(complete_words hexopt-gpu sample scr)" = scrambled-cube ]
+[ "$(complete_words hexopt-gpu optimize --method "")" = "robust thesis" ]
+[ "$(complete_words hexopt-gpu mesh --polyhedra y)" = yes ]
+[ "$(cd "$here" && complete_words hexopt-gpu mesh main.cp)" = main.cpp ]
 
 cmake -S "$here" -B "$work/consumer" -G Ninja -DCMAKE_PREFIX_PATH="$prefix" >"$work/configure.log" ||
   { cat "$work/configure.log"; exit 1; }

@@ -9,18 +9,11 @@ _hexopt_gpu() {
   elif [ "$command" = sample ] && [ "$COMP_CWORD" -eq 2 ]; then
     words=$("$program" sample --help 2>/dev/null | sed -n '/^Meshes (/,$ s/^  \([a-z][a-z0-9-]*\) .*/\1/p')
   else
-    case $previous in
-      --trim-rule) words="centre strict" ;;
-      --buffer-method) words="groups thesis" ;;
-      --encoding) words="automatic binary text" ;;
-      --planar) words="automatic yes no" ;;
-      --patch-borders | --buffers | --buffer-collars | --cad-projection | --max-min | --polyhedra) words="yes no" ;;
-      --boundary) words="fixed slide" ;;
-      --method) words="robust thesis" ;;
-      --precision) words="f32 f64 mixed" ;;
-      --device) words="auto cpu vulkan" ;;
-      *) COMPREPLY=($(compgen -f -- "$word")); return ;;
-    esac
+    # Options that are one of a few words have them for a type: "  --method robust|thesis ".
+    [[ $previous =~ ^--[a-z-]+$ ]] &&
+      words=$("$program" "$command" --help 2>/dev/null | sed -nE "s/^  $previous ([a-z0-9]+(\\|[a-z0-9]+)+)( .*)?\$/\\1/p" | tr '|' ' ')
+    [ "$previous" = --device ] && words="auto cpu vulkan"
+    [ -n "$words" ] || { COMPREPLY=($(compgen -f -- "$word")); return; }
   fi
   COMPREPLY=($(compgen -W "$words" -- "$word"))
 }

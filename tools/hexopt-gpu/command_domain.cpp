@@ -50,7 +50,7 @@ void add_domain(CLI::App& app, Session& session) {
         ->required()
         ->type_name("FILE.hxd");
     add_config_flag(*command, options->flags);
-    add_mesh_flags(*command, {"surface", "features", "farfield"}, options->flags);
+    add_mesh_flags(*command, MeshFlagSet::of_domain, options->flags);
     session.add_common_options(*command);
     command->callback([options, &session] { run_domain(*options, session); });
 }

@@ -22,9 +22,13 @@ void report_verdict(const MeshCommand& command, const MeshJobResult& result, Ses
     switch (outcome.verdict) {
     case ErrorCode::no_valid_mesh: {
         if (after.is_valid()) {
-            error.reasons = {fmt::format("written, but its boundary touches or crosses itself in {} quads",
-                                         outcome.contacts.size()),
-                             "try a smaller --size there, or more --gap-cells"};
+            const Point p =
+                outcome.mesh.positions[outcome.mesh.boundary[outcome.contacts.front()].vertices[0]];
+            error.reasons = {
+                fmt::format("written, but its boundary touches or crosses itself in {} quads, the "
+                            "first at ({:.6g}, {:.6g}, {:.6g})",
+                            outcome.contacts.size(), p.x, p.y, p.z),
+                "try a smaller --size there, or more --gap-cells"};
             break;
         }
         const ListedCell& worst = outcome.after.worst.front();
@@ -54,6 +58,15 @@ void report_verdict(const MeshCommand& command, const MeshJobResult& result, Ses
     session.fail(error);
 }
 
+/// Before there was a mesh.
+Error describe_cancelled(const MeshCommand& command, const std::string& stage) {
+    Error error = make_error(ErrorCode::cancelled, "mesh", command.job.output.string(),
+                             fmt::format("interrupted ({}); nothing was written{}", stage,
+                                         command.job.keep_best ? ", as there was no mesh yet" : ""));
+    if (!command.job.checkpoint.empty()) error.reasons.emplace_back("--resume goes on with the run");
+    return error;
+}
+
 void run_mesh(MeshCommand& command, Session& session) {
     Context& context = session.context();
     if (Status status = configure(command.flags, command.job, context); !status)
@@ -69,6 +82,8 @@ void run_mesh(MeshCommand& command, Session& session) {
                                        "give at least one SURFACE and -o OUT; see hexopt-gpu mesh --help"));
     command.job.surfaces.assign(command.surfaces.begin(), command.surfaces.end());
     const Result<MeshJobResult> result = run_mesh_job(command.job, context);
+    if (!result && result.error().code == ErrorCode::cancelled)
+        return session.fail(describe_cancelled(command, result.error().stage));
     if (!result) return session.fail(result.error());
     const MeshOutcome& outcome = result->outcome;
     session.say(fmt::format("surface: {} patches, {} feature curves ({} followed), {} corners ({} met)",
@@ -118,7 +133,7 @@ void add_mesh(CLI::App& app, Session& session) {
                       "if it had not been interrupted");
     command->add_flag("--keep-best", options->job.keep_best,
                       "Interrupted while optimizing: write the best mesh so far");
-    add_mesh_flags(*command, {}, options->flags);
+    add_mesh_flags(*command, MeshFlagSet::all, options->flags);
     session.add_common_options(*command);
     command->callback([options, &session] { run_mesh(*options, session); });
 }

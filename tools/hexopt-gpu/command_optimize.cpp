@@ -1,10 +1,9 @@
+#include "choice.hpp"
 #include "command.hpp"
 #include "pipeline/optimize_pipeline.hpp"
 #include "quality/report_text.hpp"
 
 #include <fmt/core.h>
-
-#include <map>
 
 namespace hexopt::cli {
 
@@ -15,105 +14,83 @@ struct Arguments {
     double min_sj = 1;
     CLI::Option* boundary_option = nullptr;
     CLI::Option* min_sj_option = nullptr;
+    std::vector<CLI::Option*> sliding_options; ///< without effect on a fixed boundary
 };
-
-template <class T>
-auto choice(const std::map<std::string, T>& names) {
-    return CLI::CheckedTransformer(names, CLI::ignore_case).description("");
-}
 
 void add_boundary_options(CLI::App& command, Arguments& arguments) {
     OptimizeOptions& o = arguments.job.improve.optimize;
-    static const std::map<std::string, BoundaryMode> kModes = {{"fixed", BoundaryMode::fixed},
-                                                               {"slide", BoundaryMode::slide}};
-    arguments.boundary_option =
+    arguments.boundary_option = add_choice<BoundaryMode>(
+        command, "--boundary", o.boundary, {{"fixed", BoundaryMode::fixed}, {"slide", BoundaryMode::slide}},
+        "Whether it slides, along the surface and its features "
+        "[slide; with --method thesis fixed]");
+    auto& sliding = arguments.sliding_options;
+    sliding.push_back(
         command
-            .add_option("--boundary", o.boundary,
-                        "fixed | slide (default with --method robust): along the surface and its features")
-            ->transform(choice(kModes))
-            ->type_name("MODE");
-    command
-        .add_option("--surface", arguments.job.surface,
-                    "STL, OBJ, OFF, PLY or VTP that the boundary slides on; default: the mesh's own boundary")
-        ->type_name("FILE");
-    command
-        .add_option("--feature-angle", arguments.job.improve.features.feature_angle_deg,
-                    "Boundary edges sharper than this many degrees are features")
-        ->check(CLI::Range(0.0, 180.0))
-        ->capture_default_str();
-    command
-        .add_option(
-            "--max-deviation-rel", o.max_deviation_rel,
-            "How far boundary vertices may leave the surface where cells need it, as a fraction of the "
-            "diagonal; 0: not at all")
-        ->check(CLI::Range(0.0, 0.1))
-        ->capture_default_str();
+            .add_option(
+                "--surface", arguments.job.surface,
+                "STL, OBJ, OFF, PLY or VTP that the boundary slides on; default: the mesh's own boundary")
+            ->type_name("FILE"));
+    sliding.push_back(command
+                          .add_option("--feature-angle", arguments.job.improve.features.feature_angle_deg,
+                                      "Boundary edges sharper than this many degrees are features")
+                          ->check(CLI::Range(0.0, 180.0))
+                          ->capture_default_str());
+    sliding.push_back(
+        command
+            .add_option(
+                "--max-deviation-rel", o.max_deviation_rel,
+                "How far boundary vertices may leave the surface where cells need it, as a fraction of the "
+                "diagonal; 0: not at all")
+            ->check(CLI::Range(0.0, 0.1))
+            ->capture_default_str());
+    sliding.push_back(
+        command
+            .add_option(
+                "--starts", o.starts,
+                "With --boundary slide and at most 20,000 cells: from how many states the worst cells are "
+                "raised, one after another; the best result is kept")
+            ->check(CLI::Range(1, 4))
+            ->type_name("COUNT")
+            ->capture_default_str());
 }
 
 void add_method_options(CLI::App& command, Arguments& arguments) {
     OptimizeOptions& o = arguments.job.improve.optimize;
-    static const std::map<std::string, OptimizeMethod> kMethods = {{"robust", OptimizeMethod::robust},
-                                                                   {"thesis", OptimizeMethod::thesis}};
-    static const std::map<std::string, Energy> kEnergies = {{"structural", Energy::structural},
-                                                            {"shape", Energy::shape},
-                                                            {"hyperelastic", Energy::hyperelastic},
-                                                            {"regularised", Energy::regularised}};
-    static const std::map<std::string, Decomposition> kDecompositions = {
-        {"8", Decomposition::corner8}, {"24", Decomposition::path24}, {"32", Decomposition::all32}};
-    static const std::map<std::string, UntangleTarget> kTargets = {
-        {"axis", UntangleTarget::axis},
-        {"extended", UntangleTarget::extended},
-        {"deepest", UntangleTarget::deepest_point}};
-    static const std::map<std::string, GradientKind> kGradients = {
-        {"analytic", GradientKind::analytic}, {"differences", GradientKind::finite_difference}};
-    command.add_option("--method", o.method, "robust (default) | thesis: its Algorithms 1-3, boundary fixed")
-        ->transform(choice(kMethods))
-        ->type_name("NAME");
-    command
-        .add_option(
-            "--energy", o.energy,
-            "regularised (default) | shape: for untangled input; with --method thesis also structural "
-            "(its default) | hyperelastic")
-        ->transform(choice(kEnergies))
-        ->type_name("NAME");
-    command
-        .add_option("--decomposition", o.decomposition,
-                    "Tetrahedra a cell to optimize: 8 | 24 | 32 (default)")
-        ->transform(choice(kDecompositions))
-        ->type_name("COUNT");
-    command
-        .add_option(
-            "--untangle", o.untangle,
-            "With --method thesis: axis | extended | deepest (default), the point of the kernel taken")
-        ->transform(choice(kTargets))
-        ->type_name("TARGET");
-    command.add_option("--gradient", o.gradient, "With --method thesis: analytic (default) | differences")
-        ->transform(choice(kGradients))
-        ->type_name("KIND");
-    command
-        .add_option(
-            "--starts", o.starts,
-            "With --boundary slide and at most 20,000 cells: from how many states the worst cells are "
-            "raised, one after another; the best result is kept")
-        ->check(CLI::Range(1, 4))
-        ->type_name("COUNT")
-        ->capture_default_str();
+    add_choice<OptimizeMethod>(command, "--method", o.method,
+                               {{"robust", OptimizeMethod::robust}, {"thesis", OptimizeMethod::thesis}},
+                               "How; thesis: its Algorithms 1-3, boundary fixed [robust]");
+    add_choice<Energy>(command, "--energy", o.energy,
+                       {{"regularised", Energy::regularised},
+                        {"shape", Energy::shape},
+                        {"structural", Energy::structural},
+                        {"hyperelastic", Energy::hyperelastic}},
+                       "What is minimised; shape: for untangled input; the last two with --method thesis "
+                       "[regularised; with --method thesis structural]");
+    add_choice<Decomposition>(
+        command, "--decomposition", o.decomposition,
+        {{"8", Decomposition::corner8}, {"24", Decomposition::path24}, {"32", Decomposition::all32}},
+        "Tetrahedra a cell to optimize [32]");
+    add_choice<UntangleTarget>(command, "--untangle", o.untangle,
+                               {{"axis", UntangleTarget::axis},
+                                {"extended", UntangleTarget::extended},
+                                {"deepest", UntangleTarget::deepest_point}},
+                               "With --method thesis: the point of the kernel taken [deepest]");
+    add_choice<GradientKind>(
+        command, "--gradient", o.gradient,
+        {{"analytic", GradientKind::analytic}, {"differences", GradientKind::finite_difference}},
+        "With --method thesis: how gradients are computed [analytic]");
 }
 
 void add_compute_options(CLI::App& command, Arguments& arguments) {
-    static const std::map<std::string, compute::Precision> kPrecisions = {
-        {"f32", compute::Precision::f32},
-        {"f64", compute::Precision::f64},
-        {"mixed", compute::Precision::mixed}};
     command
         .add_option("--device", arguments.job.improve.compute.device,
                     "auto (default) | cpu | vulkan | index or part of the name of one that `devices` lists")
         ->type_name("DEVICE");
-    command
-        .add_option("--precision", arguments.job.improve.compute.precision,
-                    "f32 | f64 (default) | mixed, of the kernels; what is kept is always decided in f64")
-        ->transform(choice(kPrecisions))
-        ->type_name("NAME");
+    add_choice<compute::Precision>(command, "--precision", arguments.job.improve.compute.precision,
+                                   {{"f32", compute::Precision::f32},
+                                    {"f64", compute::Precision::f64},
+                                    {"mixed", compute::Precision::mixed}},
+                                   "Of the kernels; what is kept is always decided in f64 [f64]");
 }
 
 void add_termination_options(CLI::App& command, Arguments& arguments) {
@@ -182,6 +159,15 @@ void report_verdict(const Arguments& arguments, const OptimizeJobResult& result,
     session.fail(error);
 }
 
+Status check_all_used(const Arguments& arguments) {
+    if (arguments.job.improve.optimize.boundary != BoundaryMode::fixed) return Done{};
+    for (const CLI::Option* option : arguments.sliding_options)
+        if (*option)
+            return make_error(ErrorCode::usage, "optimize", option->get_name(),
+                              "has no effect on a boundary that is fixed; leave it out, or let it slide");
+    return Done{};
+}
+
 void run_optimize(Arguments& arguments, Session& session) {
     if (*arguments.min_sj_option) {
         arguments.job.improve.optimize.min_sj = arguments.min_sj;
@@ -190,6 +176,7 @@ void run_optimize(Arguments& arguments, Session& session) {
     OptimizeOptions& options = arguments.job.improve.optimize;
     if (options.method == OptimizeMethod::thesis && !*arguments.boundary_option)
         options.boundary = BoundaryMode::fixed;
+    if (Status used = check_all_used(arguments); !used) return session.fail(used.error());
     Result<OptimizeJobResult> result = run_optimize_job(arguments.job, session.context());
     if (!result) return session.fail(result.error());
     const ImproveOutcome& outcome = result->outcome;

@@ -1,3 +1,4 @@
+#include "choice.hpp"
 #include "command.hpp"
 #include "load_mesh.hpp"
 #include "render/png.hpp"
@@ -77,13 +78,12 @@ void add_render(CLI::App& app, Session& session) {
     command->add_flag(
         "--without-box", options->without_box,
         "Leave out what lies in the sides of the bounding box, as the outer box of a flow does");
-    const std::map<std::string, ColorBy> colors = {{"quality", ColorBy::quality},
-                                                   {"level", ColorBy::level},
-                                                   {"patch", ColorBy::patch},
-                                                   {"none", ColorBy::none}};
-    command->add_option("--color", options->color, "What colours mean: quality, level, patch or none")
-        ->type_name("WHAT")
-        ->transform(CLI::CheckedTransformer(colors));
+    add_choice<ColorBy>(*command, "--color", options->color,
+                        {{"quality", ColorBy::quality},
+                         {"level", ColorBy::level},
+                         {"patch", ColorBy::patch},
+                         {"none", ColorBy::none}},
+                        "What colours mean [quality]");
     command->add_option("--view", options->view, "iso, [-]x, [-]y, [-]z, or azimuth,elevation in degrees")
         ->type_name("VIEW")
         ->capture_default_str();

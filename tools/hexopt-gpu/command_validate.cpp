@@ -60,6 +60,9 @@ void run(const ValidateCommand& options, Session& session) {
     Context& context = session.context();
     auto opened = open_device(options.device, options.precision == "f32" ? Precision::f32 : Precision::f64);
     if (!opened) return session.fail(opened.error());
+    if (options.shuffled && opened->backend)
+        return session.fail(make_error(ErrorCode::usage, "validate", "--shuffled",
+                                       "shuffles what the host computes; give it with --device cpu"));
     std::unique_ptr<Backend> backend = std::move(opened->backend);
     if (!backend)
         backend = create_cpu_backend(context.parallel(),

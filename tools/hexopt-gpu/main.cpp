@@ -10,12 +10,22 @@ namespace {
 
 using namespace hexopt;
 
+/// CLI11's own words for options that are given twice, or without what they need, count arguments.
+std::string reason_of(const CLI::ParseError& error) {
+    const std::string reason = error.what();
+    const std::size_t twice = reason.find(": At Most 1 required");
+    if (twice != std::string::npos) return reason.substr(0, twice) + ": is given more than once";
+    const std::size_t needed = reason.find(": 1 required ");
+    if (needed == std::string::npos || !reason.ends_with(" missing")) return reason;
+    return reason.substr(0, needed) + ": its value is missing";
+}
+
 /// "error: ..." and a hint, without CLI11's several lines.
 int report_usage(const CLI::App& app, const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     const CLI::App* command = app.get_subcommands().empty() ? &app : app.get_subcommands().front();
     const std::string name = command == &app ? "hexopt-gpu" : "hexopt-gpu " + command->get_name();
-    const std::string reason = error.what();
+    const std::string reason = reason_of(error);
     std::cerr << "error: " << reason << (reason.ends_with('.') ? " " : "; ") << "see " << name << " --help\n";
     return static_cast<int>(ErrorCode::usage);
 }

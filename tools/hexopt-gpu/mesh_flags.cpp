@@ -1,6 +1,5 @@
 #include "mesh_flags.hpp"
 
-#include <algorithm>
 #include <fmt/format.h>
 
 namespace hexopt::cli {
@@ -21,9 +20,25 @@ Status set_patch(MeshJob& job, const char* flag, const char* what, const std::st
     return set_mesh_key(job, fmt::format("patches.{}.{}", text.substr(0, equals), what), value, flag);
 }
 
+/// Flags that say the same in two ways; a flag and a key of the file do not: the flag counts more.
+Status check_contradictions(const MeshFlags& flags) {
+    if (flags.keys.contains("refine.size") && flags.keys.contains("refine.level"))
+        return make_error(ErrorCode::usage, "configuration", "--level",
+                          "says the same as --size; give one of them");
+    const auto name_of = [](const std::string& text) { return text.substr(0, text.rfind('=')); };
+    for (const std::string& size : flags.patch_sizes)
+        for (const std::string& level : flags.patch_levels)
+            if (name_of(size) == name_of(level))
+                return make_error(
+                    ErrorCode::usage, "configuration", "--patch-level",
+                    fmt::format("says the same of '{}' as --patch-size; give one of them", name_of(size)));
+    return Done{};
+}
+
 } // namespace
 
 Status configure(const MeshFlags& flags, MeshJob& job, Context& context) {
+    if (Status clear = check_contradictions(flags); !clear) return clear;
     if (!flags.config.empty())
         if (Status status = read_mesh_config(flags.config, job, context); !status) return status;
     for (const MeshKey& key : mesh_keys()) {
@@ -49,12 +64,11 @@ void add_config_flag(CLI::App& app, MeshFlags& flags) {
         ->type_name("FILE.toml");
 }
 
-void add_mesh_flags(CLI::App& app, const std::vector<std::string>& sections, MeshFlags& flags) {
+void add_mesh_flags(CLI::App& app, MeshFlagSet set, MeshFlags& flags) {
     const MeshJob defaults;
     for (const MeshKey& key : mesh_keys()) {
         const std::string section = key.name.substr(0, key.name.find('.'));
-        if (!sections.empty() && std::find(sections.begin(), sections.end(), section) == sections.end())
-            continue;
+        if (set == MeshFlagSet::of_domain && !is_of_domain(key)) continue;
         const ConfigValue standard = key.get(defaults);
         std::string value = std::visit(
             [](const auto& v) -> std::string {
@@ -79,7 +93,7 @@ void add_mesh_flags(CLI::App& app, const std::vector<std::string>& sections, Mes
             ->expected(is_list ? -1 : 1)
             ->group(section);
     }
-    if (!sections.empty()) return;
+    if (set == MeshFlagSet::of_domain) return;
     app.add_option("--patch-size", flags.patch_sizes,
                    "Longest edge of cells at one patch, model units; repeatable")
         ->type_name("NAME=X")

@@ -20,8 +20,10 @@ struct MeshFlags {
 /// Adds --config.
 void add_config_flag(CLI::App& app, MeshFlags& flags);
 
-/// Adds a flag for each key of the given sections, or for all keys and patches where none is given.
-void add_mesh_flags(CLI::App& app, const std::vector<std::string>& sections, MeshFlags& flags);
+enum class MeshFlagSet { all, of_domain };
+
+/// Adds a flag for each key (of_domain: of those that a domain file settles), and those of patches.
+void add_mesh_flags(CLI::App& app, MeshFlagSet set, MeshFlags& flags);
 
 /// Takes over the file, then the flags.
 Status configure(const MeshFlags& flags, MeshJob& job, Context& context);

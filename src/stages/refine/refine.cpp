@@ -275,8 +275,11 @@ constexpr std::size_t kLeastPart = 16;
 } // namespace
 
 double wanted_cells(const RefineOptions& options) {
+    /// Of max_cells, so that a size found for it stays below it.
+    constexpr double kShare = 0.8;
     if (options.surface.is_given()) return 0;
-    return options.target_cells > 0 ? options.target_cells : options.planar ? 20e3 : 100e3;
+    const double wanted = options.target_cells > 0 ? options.target_cells : options.planar ? 20e3 : 100e3;
+    return std::min(wanted, kShare * static_cast<double>(options.max_cells));
 }
 
 Result<RefineOutput> refine(const Domain& domain, const RefineOptions& options, Context& context) {

@@ -200,7 +200,8 @@ class SizeTrials {
     std::unique_ptr<Run> run_;
 };
 
-/// How many cells RefineOptions::target_cells asks for; 0 where the surface's size is given.
+/// How many cells RefineOptions::target_cells asks for, and max_cells allows; 0 where the surface's size is
+/// given.
 double wanted_cells(const RefineOptions& options);
 
 /// Splits named cells of out.octree (repairs of later stages ask for that) and what the balance needs, and
