@@ -146,7 +146,7 @@ class Mesh(Command):
 
     def test_device_that_optimizes(self):
         common = ["mesh", self.surface(), "-o", self.path("out.vtu"), "--cells", 600]
-        self.assert_error(run(*common, "--device", "teapot"), USAGE, "teapot")
+        self.assert_error(run(*common, "--device", "teapot"), DEVICE, "teapot")
         result = run(*common, "--device", "cpu", "--precision", "mixed", "--report", self.path("report.json"))
         self.assertEqual(result.returncode, OK, result.stderr)
         self.assertIn("optimized on cpu", result.stdout)

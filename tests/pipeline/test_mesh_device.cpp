@@ -41,7 +41,7 @@ TEST_CASE("meshes are optimized on the host unless told otherwise") {
     CHECK(host->device.find("cpu") == 0);
     const auto unknown = mesh_on({"teapot", compute::Precision::f64, nullptr});
     REQUIRE_FALSE(unknown);
-    CHECK(unknown.error().code == ErrorCode::usage);
+    CHECK(unknown.error().code == ErrorCode::device);
     CHECK(unknown.error().one_line().find("teapot") != std::string::npos);
 }
 
