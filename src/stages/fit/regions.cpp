@@ -19,8 +19,9 @@ namespace {
 constexpr std::size_t kChunk = 512;
 /// A quad farther from its region's patch than this, in local edge lengths, does not belong to it.
 constexpr double kLeak = 1;
-/// Fewer quads than these are an island.
+/// Fewer quads than these are an island even where they are all that a patch has.
 constexpr std::size_t kIsland = 5;
+constexpr int kIslandRounds = 4; ///< islands within islands
 
 /// Finds the patch that a quad lies on.
 class PatchFinder {
@@ -209,7 +210,8 @@ class RegionFinder {
         }
         label_beside_ridges(patches);
         spread_labels();
-        absorb_islands();
+        for (int round = 0; round < kIslandRounds && absorb_islands(); ++round) {
+        }
         return true;
     }
 
@@ -288,27 +290,31 @@ class RegionFinder {
         }
     }
 
-    /// Where patches are told apart quad by quad, a few quads of one that no curve puts there, within another
-    /// one's, are nearer to the wrong side of a curve: they take the label round them.
-    void absorb_islands() {
+    /// Where patches are told apart quad by quad, quads of one that no curve puts there, within another
+    /// one's, are nearer to the wrong side of a curve or of a thin part: they take the label round them. A
+    /// patch keeps its largest piece, if that is not a few quads only, and pieces far from what is round
+    /// them. True if there were any.
+    bool absorb_islands() {
         UnionFind islands(surface_.quad.size());
         for_each_open_side([&](Index q, Index r) {
             if (regions_.quad_patch[q] == regions_.quad_patch[r]) islands.join(q, r);
         });
         std::vector<std::size_t> size(surface_.quad.size(), 0);
         for (Index q = 0; q < surface_.quad.size(); ++q) ++size[islands.find(q)];
-        std::vector<std::uint8_t> has_curve(surface_.quad.size(), 0);
-        for (Index e = 0; e < surface_.edge.size(); ++e)
-            for (std::size_t side = 0; side < 2 && regions_.edge_curve[e] != kNoIndex; ++side)
-                if (const Index q = surface_.edge[e].quad[side];
-                    expected_[e][side] != kNoIndex && expected_[e][side] == regions_.quad_patch[q])
-                    has_curve[islands.find(q)] = 1;
+        std::vector<std::size_t> largest(domain_.model.patch_count(), 0);
+        for (Index q = 0; q < surface_.quad.size(); ++q)
+            if (const Index p = regions_.quad_patch[q]; p != kNoIndex)
+                largest[p] = std::max(largest[p], size[islands.find(q)]);
+        const std::vector<std::uint8_t> has_curve = find_islands_of_curves(islands);
         std::map<std::array<Index, 2>, std::size_t> votes; // of an island for a patch
         const auto vote = [&](Index q, Index r) {
             const Index island = islands.find(q);
-            if (size[island] < kIsland && !has_curve[island] && group_[q] != kNoIndex &&
-                group_[q] == group_[r] && island != islands.find(r))
-                ++votes[{island, regions_.quad_patch[r]}];
+            if (group_[q] == kNoIndex || group_[q] != group_[r] || island == islands.find(r) ||
+                has_curve[island])
+                return;
+            const Index p = regions_.quad_patch[q];
+            const bool is_rest = p != kNoIndex && size[island] < std::min(largest[p], size[islands.find(r)]);
+            if (size[island] < kIsland || is_rest) ++votes[{island, regions_.quad_patch[r]}];
         };
         for_each_open_side([&](Index q, Index r) {
             vote(q, r);
@@ -317,9 +323,38 @@ class RegionFinder {
         std::map<Index, std::pair<std::size_t, Index>> winner;
         for (const auto& [key, count] : votes)
             if (auto& best = winner[key[0]]; count > best.first) best = {count, key[1]};
+        leave_distant(islands, size, winner);
         for (Index q = 0; q < surface_.quad.size(); ++q)
             if (const auto found = winner.find(islands.find(q)); found != winner.end())
                 regions_.quad_patch[q] = found->second.second;
+        return !winner.empty();
+    }
+
+    /// Takes larger islands out again that lie, on average, more than an edge from the patch round them.
+    void leave_distant(UnionFind& islands, const std::vector<std::size_t>& size,
+                       std::map<Index, std::pair<std::size_t, Index>>& winner) const {
+        std::map<Index, double> distance;
+        for (Index q = 0; q < surface_.quad.size(); ++q) {
+            const Index island = islands.find(q);
+            const auto found = winner.find(island);
+            if (found == winner.end() || size[island] < kIsland) continue;
+            const Index patch = found->second.second;
+            distance[island] +=
+                patch == kNoIndex ? std::numeric_limits<double>::infinity() : offset(q, patch) / size_of(q);
+        }
+        for (const auto& [island, sum] : distance)
+            if (sum > kLeak * static_cast<double>(size[island])) winner.erase(island);
+    }
+
+    /// Flags (by their representatives) the islands with a quad where its curve asks for its patch.
+    std::vector<std::uint8_t> find_islands_of_curves(UnionFind& islands) const {
+        std::vector<std::uint8_t> has_curve(surface_.quad.size(), 0);
+        for (Index e = 0; e < surface_.edge.size(); ++e)
+            for (std::size_t side = 0; side < 2 && regions_.edge_curve[e] != kNoIndex; ++side)
+                if (const Index q = surface_.edge[e].quad[side];
+                    expected_[e][side] != kNoIndex && expected_[e][side] == regions_.quad_patch[q])
+                    has_curve[islands.find(q)] = 1;
+        return has_curve;
     }
 
     /// Visits pairs of quads side by side that no curve parts.
