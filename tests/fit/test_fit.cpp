@@ -2,9 +2,13 @@
 #include "mesh/hex_reference.hpp"
 #include "mesh/topology.hpp"
 #include "samples/box_mesh.hpp"
+#include "samples/grid.hpp"
+#include "stages/fit/capture.hpp"
 #include "stages/fit/curve_net.hpp"
 #include "stages/fit/curve_sides.hpp"
 #include "stages/fit/fit.hpp"
+#include "stages/fit/regions.hpp"
+#include "stages/fit/surface_mesh.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -357,6 +361,60 @@ TEST_CASE("fit: quads of a plate thinner than cells lie on the side of it that t
             CAPTURE(thickness);
             check_islands(fitted->fitted, true);
         }
+    }
+}
+
+TEST_CASE("fit: quads that a path went round belong to the patch on their side of it") {
+    // All curves of a cube are released but the one between front (y = 0) and top, whose path leaves it for
+    // the front, two quads deep and eight wide: in its middle are six that are nearest to the front.
+    Context context(1);
+    const auto domain = build_domain(make_box(Point(1)), {}, context);
+    REQUIRE(domain);
+    const HexMesh mesh = *make_grid({.cells = {10, 10, 10}}, Parallel(1));
+    const Topology topology = compute_topology(mesh);
+    const fit::SurfaceMesh surface = fit::extract_surface(mesh, topology);
+    std::vector<Point> placed;
+    for (Index v : surface.vertex) placed.push_back(mesh.positions[v]);
+    const auto vertex_at = [&](double x, double z) {
+        Index best = 0;
+        for (Index v = 0; v < placed.size(); ++v)
+            if (glm::distance(placed[v], Point(x, 0, z)) < glm::distance(placed[best], Point(x, 0, z)))
+                best = v;
+        return best;
+    };
+    const fit::CurveNet net = fit::make_curve_net(
+        *domain, fit::find_small_features(*domain, std::vector<double>(domain->model.corner_count(), 0.01)));
+    fit::Capture capture;
+    capture.anchor_vertex.assign(net.anchors.size(), kNoIndex);
+    capture.path.resize(net.legs.size());
+    const std::array<Point, 2> ends = {Point(0, 0, 1), Point(1, 0, 1)};
+    for (Index l = 0; l < net.legs.size(); ++l) {
+        const std::array<Index, 2> anchor = net.legs[l].anchor;
+        const bool back = net.anchors[anchor[0]].place == ends[1] && net.anchors[anchor[1]].place == ends[0];
+        const bool along = net.anchors[anchor[0]].place == ends[0] && net.anchors[anchor[1]].place == ends[1];
+        if (!along && !back) continue;
+        std::vector<Index>& path = capture.path[l];
+        for (const auto& [x, z] : {std::pair(0.0, 1.0), std::pair(0.1, 1.0), std::pair(0.1, 0.9)})
+            path.push_back(vertex_at(x, z));
+        for (int i = 1; i <= 9; ++i) path.push_back(vertex_at(0.1 * i, 0.8));
+        for (const auto& [x, z] : {std::pair(0.9, 0.9), std::pair(0.9, 1.0), std::pair(1.0, 1.0)})
+            path.push_back(vertex_at(x, z));
+        if (back) std::reverse(path.begin(), path.end());
+        capture.anchor_vertex[anchor[0]] = path.front();
+        capture.anchor_vertex[anchor[1]] = path.back();
+    }
+    const fit::Regions regions = fit::find_regions(surface, placed, *domain, net, capture, context);
+    const auto patch_at = [&](const Point& p) {
+        return domain->model.patch_of_triangle(domain->model.project_patch(kNoIndex, p).element);
+    };
+    const Index front = patch_at({0.51, 0, 0.5}), top = patch_at({0.51, 0.5, 1});
+    for (Index q = 0; q < surface.quad.size(); ++q) {
+        Point centre(0);
+        for (Index v : surface.quad[q]) centre += 0.25 * placed[v];
+        const bool is_gone_round =
+            centre.y == 0 && centre.x > 0.1 && centre.x < 0.9 && centre.z > 0.8 && centre.z < 1;
+        if (is_gone_round) CHECK(regions.quad_patch[q] == top);
+        if (centre.y == 0 && centre.z < 0.8) CHECK(regions.quad_patch[q] == front);
     }
 }
 
