@@ -124,12 +124,6 @@ std::vector<Index> choose_bare_cells(const RefineOutput& refined, const std::vec
 }
 
 /// Splits the cells; false where that was not possible.
-/// Cells that may be halved before the octree has as many as it may.
-std::size_t room_for_halving(const RefineOutput& refined) {
-    const std::size_t leaves = refined.octree.cell_count();
-    return refined.max_cells > leaves ? (refined.max_cells - leaves) / 7 : 0;
-}
-
 bool refine_more(RefineOutput& refined, const std::vector<Index>& cells, Context& context) {
     return !cells.empty() && refine_cells(refined, cells, context).requested > 0;
 }
@@ -203,7 +197,7 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
     CoverSteps steps(refined, narrow_levels, thinnest_wall_h);
     int last_round = kMostRounds, asked = 0; // rounds in a row in which trimming alone asked for cells
     for (int round = 1;; ++round) {
-        options.most_with_layers = asked >= kMovingFront ? room_for_halving(refined) : 0;
+        options.whole_layers = asked >= kMovingFront;
         if (round == last_round) options.partial = PartialFaces::remove;
         std::vector<Index> path;
         rounds.memory.set_keys(refined.leaf_node);

@@ -14,22 +14,8 @@ constexpr double kOnPlane_rel = 1e-6;
 constexpr double kFilled = 0.9;
 constexpr int kFilledSides = 5, kNoSide = -1;
 
-struct Box {
-    Point low = Point(std::numeric_limits<double>::max());
-    Point high = Point(std::numeric_limits<double>::lowest());
-};
-
-Box bounding_box(const HexMesh& mesh) {
-    Box box;
-    for (const Point& p : mesh.positions) {
-        box.low = glm::min(box.low, p);
-        box.high = glm::max(box.high, p);
-    }
-    return box;
-}
-
 /// Side of the box (axis, 3 + axis for the upper one) that holds a face; kNoSide: none.
-int side_of(const HexMesh& mesh, CellFace face, const Box& box) {
+int side_of(const HexMesh& mesh, CellFace face, const Bounds& box) {
     const double tolerance = kOnPlane_rel * glm::distance(box.low, box.high);
     const Quad quad = face_vertices(mesh, face);
     for (int side = 0; side < 6; ++side) {
@@ -50,15 +36,24 @@ double area_of(const HexMesh& mesh, CellFace face) {
 
 } // namespace
 
+Bounds bounds_of(const HexMesh& mesh) {
+    Bounds box{Point(std::numeric_limits<double>::max()), Point(std::numeric_limits<double>::lowest())};
+    for (const Point& p : mesh.positions) {
+        box.low = glm::min(box.low, p);
+        box.high = glm::max(box.high, p);
+    }
+    return box;
+}
+
 std::vector<std::uint8_t> find_faces_on_box(const HexMesh& mesh, const Topology& topology) {
-    const Box box = bounding_box(mesh);
+    const Bounds box = bounds_of(mesh);
     std::vector<std::uint8_t> on_box;
     for (CellFace face : topology.boundary_faces) on_box.push_back(side_of(mesh, face, box) != kNoSide);
     return on_box;
 }
 
 bool has_outer_box(const HexMesh& mesh, const Topology& topology) {
-    const Box box = bounding_box(mesh);
+    const Bounds box = bounds_of(mesh);
     const Point extent = box.high - box.low;
     std::array<double, 6> area{};
     bool has_others = false;

@@ -7,6 +7,12 @@
 
 namespace hexopt {
 
+/// Of all vertices, model units.
+struct Bounds {
+    Point low, high;
+};
+Bounds bounds_of(const HexMesh& mesh);
+
 /// Per boundary face: 1 where it lies in a side of the mesh's bounding box (within 1e-6 of its diagonal).
 std::vector<std::uint8_t> find_faces_on_box(const HexMesh& mesh, const Topology& topology);
 

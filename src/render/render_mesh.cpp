@@ -22,17 +22,14 @@ Error unusable(const std::string& reason) { return make_error(ErrorCode::usage, 
 std::vector<std::uint8_t> cells_to_keep(const HexMesh& mesh, const std::vector<Clip>& clips,
                                         const Parallel& parallel) {
     if (clips.empty()) return {};
-    Point low(std::numeric_limits<double>::max()), high(std::numeric_limits<double>::lowest());
-    for (const Point& p : mesh.positions) {
-        low = glm::min(low, p);
-        high = glm::max(high, p);
-    }
+    const Bounds box = bounds_of(mesh);
     std::vector<std::uint8_t> keep(mesh.cell_count());
     parallel.for_each(keep.size(), 4096, [&](std::size_t c) {
         Point centre(0);
         for (Index v : mesh.cells[c]) centre += mesh.positions[v] / 8.0;
         keep[c] = std::all_of(clips.begin(), clips.end(), [&](const Clip& clip) {
-            const double plane = low[clip.axis] + clip.fraction * (high[clip.axis] - low[clip.axis]);
+            const double low = box.low[clip.axis], high = box.high[clip.axis];
+            const double plane = low + clip.fraction * (high - low);
             return clip.keep_above ? centre[clip.axis] >= plane : centre[clip.axis] <= plane;
         });
     });
@@ -170,6 +167,8 @@ Scene make_scene(const HexMesh& mesh, const std::vector<VisibleFace>& faces, con
 Status check_options(const HexMesh& mesh, const RenderOptions& options) {
     if (mesh.cells.empty()) return unusable("the mesh has no cells");
     if (options.worst_count > 100) return unusable("at most 100 of the worst cells fit on a picture");
+    if (options.worst_count > 0 && shows_surface_only(options))
+        return unusable("close-ups of the worst cells show cells, not chosen surfaces");
     if (options.color == ColorBy::level && mesh.level.empty())
         return unusable("the mesh has no refinement levels to colour by");
     if (options.color == ColorBy::patch && mesh.boundary.empty())

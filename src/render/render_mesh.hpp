@@ -34,7 +34,8 @@ struct RenderOptions {
 
 /// A shaded picture of the mesh's boundary, or of the cells that clips leave, with edges and a legend. Needs
 /// no X server, no GPU. The same bits for any number of threads. Errors: usage (a colour that the mesh has no
-/// data for, a patch that it has not, choices that leave nothing, no cells), cancelled.
+/// data for, a patch that it has not, surfaces chosen for close-ups of cells, choices that leave nothing, no
+/// cells), cancelled.
 Result<Image> render_mesh(const HexMesh& mesh, const Topology& topology, const RenderOptions& options,
                           Context& context);
 

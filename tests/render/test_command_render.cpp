@@ -37,6 +37,7 @@ TEST_CASE("the render command draws and refuses") {
     CHECK(run(base + " --color patch") == 2);
     CHECK(run(base + " --patches wall") == 2);
     CHECK(run(base + " --without-box") == 2);
+    CHECK(run(base + " --without-box --worst 1") == 2);
     CHECK(run(base + " --clip q=1") == 2);
     CHECK(run(base + " --view up") == 2);
     CHECK(run(base + " --size 1x1") == 2);

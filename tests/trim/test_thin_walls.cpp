@@ -33,7 +33,7 @@ TrimOutput trim_with(const HexMesh& octree, const Domain& domain, double thinnes
                      bool whole_layers = false) {
     Context context(1);
     TrimOptions options;
-    options.most_with_layers = whole_layers ? 1000000 : 0;
+    options.whole_layers = whole_layers;
     options.thinnest_wall_h = thinnest_wall_h;
     Result<TrimOutput> out = trim(octree, domain, options, context);
     if (!out) FAIL(out.error().one_line());

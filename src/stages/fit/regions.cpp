@@ -21,8 +21,6 @@ constexpr std::size_t kChunk = 512;
 constexpr double kLeak = 1;
 /// Fewer quads than these are an island even where they are all that a patch has.
 constexpr std::size_t kIsland = 5;
-/// More are a part of their patch, wherever they lie.
-constexpr std::size_t kMostIsland = 50;
 constexpr int kIslandRounds = 4; ///< islands within islands
 
 /// Finds the patch that a quad lies on.
@@ -315,8 +313,7 @@ class RegionFinder {
                 has_curve[island])
                 return;
             const Index p = regions_.quad_patch[q];
-            const bool is_rest = p != kNoIndex && size[island] <= kMostIsland &&
-                                 size[island] < std::min(largest[p], size[islands.find(r)]);
+            const bool is_rest = p != kNoIndex && size[island] < std::min(largest[p], size[islands.find(r)]);
             if (size[island] < kIsland || is_rest) ++votes[{island, regions_.quad_patch[r]}];
         };
         for_each_open_side([&](Index q, Index r) {

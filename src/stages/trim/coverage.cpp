@@ -13,10 +13,13 @@ namespace {
 
 constexpr std::size_t kChunk = 256;
 constexpr std::size_t kMostPieces = 64; ///< triangles of one cell; of more, evenly many are left out
-constexpr double kSameSide = 0.5;       ///< cosine between normals that count as one side of the surface
-constexpr double kFacing = 0.3;         ///< cosine between a side and a face that covers it
-constexpr double kReach_h = 1.0;        ///< along the face's normal
-constexpr double kBeside_h = 0.45;      ///< half a cell is the middle of a hole of one cell
+/// Of a cell's side: where the surface lies in cells' sides, rounding leaves slivers of it in the cells
+/// beside those, with any normal.
+constexpr double kSliver = 1e-9;
+constexpr double kSameSide = 0.5;  ///< cosine between normals that count as one side of the surface
+constexpr double kFacing = 0.3;    ///< cosine between a side and a face that covers it
+constexpr double kReach_h = 1.0;   ///< along the face's normal
+constexpr double kBeside_h = 0.45; ///< half a cell is the middle of a hole of one cell
 
 /// The surface of about one direction in a cell.
 struct Side {
@@ -88,12 +91,13 @@ class CoverageSearch {
             triangles_.push_back(t);
             return false;
         });
+        const double least = kSliver * cell_size(mesh_, cell) * cell_size(mesh_, cell);
         const std::size_t step = (triangles_.size() + kMostPieces - 1) / kMostPieces;
         for (std::size_t i = 0; i < triangles_.size(); i += step) {
             const Index t = triangles_[i];
             Piece piece = cut_out(queries_.model().triangle(t), queries_.model().patch_of_triangle(t), box);
             piece.vector_area *= static_cast<double>(step);
-            if (const double area = glm::length(piece.vector_area); area > 0) add(piece, area);
+            if (const double area = glm::length(piece.vector_area); area > least) add(piece, area);
         }
     }
 

@@ -147,12 +147,11 @@ std::size_t drop_frayed_walls(const CellGraph& graph, const KeptCells& kept, std
     return static_cast<std::size_t>(std::erase_if(walls, is_frayed));
 }
 
-void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept, std::size_t most,
+void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept,
                         std::vector<Index>& cells) {
     constexpr double kNoSmaller = 0.9; // sizes are halved from level to level
-    const std::size_t asked = cells.size();
     std::unordered_set<Index> seen(cells.begin(), cells.end());
-    for (std::size_t i = 0; i < cells.size() && cells.size() <= most; ++i) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
         const double least = kNoSmaller * cell_size(mesh, cells[i]);
         for (int f = 0; f < 6; ++f)
             graph.visit_behind(cells[i], f, [&](Index other) {
@@ -160,7 +159,6 @@ void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptC
                     cells.push_back(other);
             });
     }
-    if (cells.size() > most) cells.resize(asked);
     std::sort(cells.begin(), cells.end());
 }
 

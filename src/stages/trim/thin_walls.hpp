@@ -28,9 +28,8 @@ std::vector<WallCell> find_wall_cells(const HexMesh& mesh, const CellGraph& grap
 std::size_t drop_frayed_walls(const CellGraph& graph, const KeptCells& kept, std::vector<WallCell>& walls);
 
 /// Adds to `cells` (rising) what is face-connected with them in a layer one cell thick, over cells no
-/// smaller: a front between levels that leaves half faces there would only move on by a cell. Leaves `cells`
-/// as they are where they would be more than `most`: half a layer is worse than none.
-void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept, std::size_t most,
+/// smaller: a front between levels that leaves half faces there would only move on by a cell.
+void spread_over_layers(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept,
                         std::vector<Index>& cells);
 
 } // namespace hexopt::trimming

@@ -171,8 +171,7 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
     report.half_faces = partial.face_rows.size();
     report.half_edges = partial.edges.size();
     output.refine_cells = trimming::cells_to_refine(octree, graph, kept, partial);
-    if (options.most_with_layers > 0)
-        trimming::spread_over_layers(octree, graph, kept, options.most_with_layers, output.refine_cells);
+    if (options.whole_layers) trimming::spread_over_layers(octree, graph, kept, output.refine_cells);
     if (options.seeds.empty()) {
         report.surface_area = coverage.area;
         report.bare_area = coverage.bare_area;

@@ -31,9 +31,8 @@ struct TrimOptions {
     std::vector<Point> seeds;
     double part_fraction = 0.01; ///< 0..1; 1 keeps the largest part alone
     PartialFaces partial = PartialFaces::refine;
-    /// A layer one cell thick is named whole in refine_cells where cells in it or at its border are, unless
-    /// these would be more cells than this. 0: layers are not named whole.
-    std::size_t most_with_layers = 0;
+    /// A layer one cell thick is named whole in refine_cells where cells in it or at its border are.
+    bool whole_layers = false;
     /// Where the surface would be left bare, cells are kept that the middle of a wall goes through which is
     /// at least so thick, in cells; 0: none. Not with seeds or the strict rule. 0..1
     double thinnest_wall_h = 0.25;
