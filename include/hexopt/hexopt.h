@@ -158,16 +158,24 @@ typedef struct hexopt_optimize_options {
     double time_limit_s;    /**< 0: none */
     int32_t max_iterations; /**< >= 1 */
     /** auto, cpu, vulkan, an index or part of a name; NULL: auto, a GPU where there is one and the options
-     * allow, else the host. Anything but auto and cpu needs a fixed boundary, the robust method and 32
-     * tetrahedra. */
+     * allow, else the host. Anything but auto and cpu needs the robust method and 32 tetrahedra. */
     const char* device;
     hexopt_precision precision; /**< f64; others need the same */
+
+    /** Segments that are features whatever the angle, 0 of them for none: on `surface`, or along edges of the
+     * mesh's own boundary. Without effect on a boundary that is fixed. */
+    size_t feature_segment_count;
+    const double* feature_segments; /**< 6 * count: x, y, z of both ends */
+    double feature_reach_rel;       /**< 0..0.01 of the diagonal: how far off they may be; 0.001 */
+    /** 1..4: with slide and at most 20,000 cells, from how many states the worst cells are raised; 4 */
+    int32_t starts;
 } hexopt_optimize_options;
 
 #define HEXOPT_OPTIMIZE_OPTIONS_INIT                                                                         \
     {                                                                                                        \
         sizeof(hexopt_optimize_options), HEXOPT_VERSION, HEXOPT_METHOD_ROBUST, HEXOPT_ENERGY_AUTOMATIC, 32,  \
-            HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000, NULL, HEXOPT_PRECISION_F64                  \
+            HEXOPT_BOUNDARY_SLIDE, 35.0, 0.0, 1.0, 0.0, 1000000, NULL, HEXOPT_PRECISION_F64, 0, NULL, 0.001, \
+            4                                                                                                \
     }
 
 /** What was reached. Counts are of cells. */

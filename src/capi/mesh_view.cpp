@@ -138,6 +138,23 @@ Result<TriangleSoup> copy_surface(const hexopt_surface* given) {
     return soup;
 }
 
+Result<FeatureLines> copy_feature_lines(const double* segments, std::size_t count) {
+    const char* const kWhat = "hexopt_optimize_options";
+    if (auto status = check_arrays(kWhat, {{"feature_segments", segments, count}}); !status)
+        return status.error();
+    FeatureLines lines;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double* x = segments + 6 * i;
+        const Point a(x[0], x[1], x[2]), b(x[3], x[4], x[5]);
+        for (const Point& p : {a, b})
+            if (!std::isfinite(p.x + p.y + p.z))
+                return bad_input(kWhat, "feature segment " + std::to_string(i),
+                                 "has a coordinate that is not finite");
+        if (a != b) lines.segments.push_back({a, b});
+    }
+    return lines;
+}
+
 void write_positions(const std::vector<Point>& positions, double* target) {
     for (std::size_t v = 0; v < positions.size(); ++v)
         for (int k = 0; k < 3; ++k) target[3 * v + k] = positions[v][k];

@@ -30,6 +30,9 @@ Result<ImproveOptions> convert(const hexopt_optimize_options& c) {
     if (!(c.time_limit_s >= 0)) return usage_error(kWhat, "time_limit_s must not be negative");
     if (c.precision < HEXOPT_PRECISION_F32 || c.precision > HEXOPT_PRECISION_MIXED)
         return usage_error(kWhat, "precision is unknown");
+    if (!in_range(c.feature_reach_rel, 0, 0.01))
+        return usage_error(kWhat, "feature_reach_rel must be in 0..0.01");
+    if (c.starts < 1 || c.starts > 4) return usage_error(kWhat, "starts must be in 1..4");
     if (c.max_iterations < 1) return usage_error(kWhat, "max_iterations must be at least 1");
     o.method = c.method == HEXOPT_METHOD_ROBUST ? OptimizeMethod::robust : OptimizeMethod::thesis;
     o.energy = static_cast<Energy>(c.energy);
@@ -38,6 +41,13 @@ Result<ImproveOptions> convert(const hexopt_optimize_options& c) {
                                               : Decomposition::all32;
     o.boundary = c.boundary == HEXOPT_BOUNDARY_FIXED ? BoundaryMode::fixed : BoundaryMode::slide;
     options.features.feature_angle_deg = c.feature_angle_deg;
+    if (c.feature_segment_count > 0 && o.boundary == BoundaryMode::slide) {
+        Result<FeatureLines> lines = copy_feature_lines(c.feature_segments, c.feature_segment_count);
+        if (!lines) return lines.error();
+        options.feature_lines.push_back(std::move(*lines));
+    }
+    options.feature_reach_rel = c.feature_reach_rel;
+    o.starts = c.starts;
     o.max_deviation_rel = c.max_deviation_rel;
     o.min_sj = c.min_sj;
     if (c.min_sj < 1) options.target_min_sj = c.min_sj;
@@ -54,6 +64,8 @@ static_assert(static_cast<int>(compute::Precision::mixed) == HEXOPT_PRECISION_MI
 
 constexpr hexopt_optimize_options kDefaults = HEXOPT_OPTIMIZE_OPTIONS_INIT;
 static_assert(kDefaults.feature_angle_deg == BoundaryOptions{}.feature_angle_deg);
+static_assert(kDefaults.feature_reach_rel == ImproveOptions{}.feature_reach_rel);
+static_assert(kDefaults.starts == OptimizeOptions{}.starts);
 static_assert(kDefaults.max_deviation_rel == OptimizeOptions{}.max_deviation_rel);
 static_assert(kDefaults.min_sj == OptimizeOptions{}.min_sj);
 static_assert(kDefaults.max_iterations == OptimizeOptions{}.max_iterations);

@@ -1,6 +1,7 @@
 #include "domain/associate.hpp"
 
 #include "domain/boundary_model_builder.hpp"
+#include "domain/point_tree.hpp"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -20,35 +21,6 @@ constexpr double kCoincident = 0.01;
 constexpr double kSlack = 0.25;
 constexpr std::size_t kListedFar = 20;
 constexpr std::size_t kChunk = 64;
-
-/// Some of a mesh's vertices, to be found by place.
-class PointTree {
-  public:
-    PointTree(std::span<const Point> positions, std::span<const Index> vertices) : vertices_(vertices) {
-        std::vector<Box> boxes(vertices.size());
-        Box frame;
-        for (std::size_t i = 0; i < vertices.size(); ++i) {
-            boxes[i].add(positions[vertices[i]]);
-            frame.add(boxes[i]);
-        }
-        tree_ = BoxTree(frame);
-        root_ = tree_.add_tree(boxes, 0, order_);
-    }
-
-    /// Calls visit(vertex) for all that may be within `radius` of p, and for some others.
-    template <class Visit>
-    void visit_within(const Point& p, double radius, const Visit& visit) const {
-        tree_.visit_near(root_, p, radius * radius, [&](Index first, Index last) {
-            for (Index i = first; i < last; ++i) visit(vertices_[order_[i]]);
-        });
-    }
-
-  private:
-    std::span<const Index> vertices_;
-    std::vector<Index> order_;
-    BoxTree tree_;
-    Index root_;
-};
 
 class Associator {
   public:

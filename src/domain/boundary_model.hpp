@@ -3,6 +3,7 @@
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/box_tree.hpp"
+#include "mesh/feature_lines.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/triangle_soup.hpp"
@@ -40,6 +41,13 @@ struct BoundaryOptions {
     double reach = 0.5;
 };
 
+/// Features given as lines, beside those by angle and patch.
+struct GivenFeatures {
+    std::span<const FeatureLines> lines = {};
+    /// How far lines may be from the surface, as a fraction of its diagonal; 0..0.01.
+    double reach_rel = 1e-3;
+};
+
 /// How well a mesh fits a given surface. All zero where the mesh's own boundary is the surface.
 struct AssociationReport {
     struct FarVertex {
@@ -51,10 +59,11 @@ struct AssociationReport {
     std::size_t far_count = 0;           ///< vertices beyond `reach` local edge lengths from their entity
     std::size_t unmatched_corners = 0;   ///< corners of the surface that no vertex is bound to
     std::size_t unmatched_curves = 0;    ///< curves that no mesh edge follows
-    std::size_t unmatched_vertices = 0;  ///< feature vertices of the mesh without a curve within `reach`
-    std::size_t dropped_triangles = 0;   ///< with two equal vertices, or given twice
-    std::size_t open_edges = 0;          ///< of the surface: used by one triangle; features
-    std::size_t nonmanifold_edges = 0;   ///< of the surface: used by more than two; features
+    std::vector<std::string> unmatched_lines; ///< given ones that no edges follow: file and place
+    std::size_t unmatched_vertices = 0;       ///< feature vertices of the mesh without a curve within `reach`
+    std::size_t dropped_triangles = 0;        ///< with two equal vertices, or given twice
+    std::size_t open_edges = 0;               ///< of the surface: used by one triangle; features
+    std::size_t nonmanifold_edges = 0;        ///< of the surface: used by more than two; features
 };
 
 /// Closest point on an entity.
@@ -200,11 +209,14 @@ inline Point quad_centre(const std::array<Point, 4>& x) { return 0.25 * ((x[0] +
 /// The mesh's own boundary as the surface: each quad is its bilinear patch, as triangles that follow it to
 /// within quad_tolerance() (four round the quad's centre, more where it is warped). Features: edges by angle
 /// between the quads' normals, borders between patches of mesh.boundary, and edges that do not have exactly
-/// two quads. Corners: vertices without exactly two feature edges (and not without any), sharp turns, and
-/// vertices where the boundary touches itself. Errors: usage (an option out of range); bad_input where there
-/// is no boundary or a position is not finite; cancelled.
+/// two quads; and those along given lines (follow_lines(): every line needs edges that follow it). Corners:
+/// vertices without exactly two feature edges (and not without any), sharp turns, ends of features by angle
+/// where given ones go on, and vertices where the boundary touches itself. Errors: usage (an option out of
+/// range); bad_input where there is no boundary, a position is not finite or no edges follow a line (with its
+/// file and place); cancelled.
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
-                                           const BoundaryOptions& options, Context& context);
+                                           const BoundaryOptions& options, Context& context,
+                                           const GivenFeatures& given = {});
 
 /// The boundary of a mesh as triangles, e.g. to write as the surface that a changed mesh is compared with: as
 /// close to the bilinear patches as the model's own, all quads in the same number of pieces, so that vertices
@@ -213,13 +225,15 @@ TriangleSoup boundary_soup(const HexMesh& mesh, const Topology& topology);
 
 /// A given surface, on which the mesh's boundary is to lie. Equal vertices are merged; triangles with
 /// two equal vertices or given twice are dropped. Features as above, from the triangles' normals and
-/// soup.patch; open and non-manifold edges are features. The mesh's corners are bound to corners and its
+/// soup.patch; open and non-manifold edges are features, and given lines, along which triangles are cut
+/// (insert_features()). The mesh's corners are bound to corners and its
 /// curves to curves within options.reach; its other boundary vertices to the nearest patch, preferring the
 /// one that the neighbours are bound to; vertices that lie on a corner or curve are bound to it even where
 /// the mesh has no feature. What does not match is in association_report(). Errors: usage; bad_input where an
-/// id is out of range, a coordinate is not finite or no triangle is left; cancelled.
+/// id is out of range, a coordinate is not finite, no triangle is left or a line leaves the surface;
+/// cancelled.
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
                                            const TriangleSoup& surface, const BoundaryOptions& options,
-                                           Context& context);
+                                           Context& context, const GivenFeatures& given = {});
 
 } // namespace hexopt

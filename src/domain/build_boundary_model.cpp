@@ -1,10 +1,13 @@
 #include "domain/associate.hpp"
 #include "domain/boundary_model_builder.hpp"
 #include "domain/boundary_polygons.hpp"
+#include "domain/follow_lines.hpp"
+#include "domain/insert_features.hpp"
 #include "domain/surface_polygons.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 #include <numeric>
 
 namespace hexopt {
@@ -71,19 +74,71 @@ std::vector<std::array<Index, 2>> feature_edges(const FeatureGraph& graph) {
     return edges;
 }
 
+Status check_given(const GivenFeatures& given) {
+    if (given.reach_rel >= 0 && given.reach_rel <= 0.01) return Done{};
+    return make_error(ErrorCode::usage, kStage, "", "the reach of feature lines must lie in 0..0.01");
+}
+
+std::string place_of(const FollowedLines::Gap& gap) {
+    const std::string at = fmt::format("({:.6g}, {:.6g}, {:.6g})", gap.place.x, gap.place.y, gap.place.z);
+    return gap.lines->file.empty() ? at : gap.lines->file + " near " + at;
+}
+
+Error refuse(const FollowedLines::Gap& gap, double reach) {
+    return Error{
+        ErrorCode::bad_input,
+        "features",
+        place_of(gap),
+        {gap.at_end ? "a line ends where the mesh's boundary has no vertex"
+                    : "no edges of the mesh's boundary follow the line from there",
+         fmt::format("vertices must lie within {:.3g} of it (--features-reach, of the diagonal): a mesh "
+                     "is not cut along lines, as a surface is",
+                     reach)}};
+}
+
+/// The mesh's edges along given lines. A vertex may be `reach` (model units) from a line that it is on, or
+/// `share` of the edges round it where that is more.
+Result<FollowedLines> follow(std::span<const FeatureLines> lines, const HexMesh& mesh,
+                             const SurfacePolygons& polygons, double reach, double share,
+                             const Context& context) {
+    if (lines.empty()) return FollowedLines{};
+    std::vector<double> length(mesh.vertex_count(), 0), reaches(mesh.vertex_count(), reach);
+    std::vector<Index> count(mesh.vertex_count(), 0);
+    for (std::size_t f = 0; f < polygons.vertex.rows(); ++f) {
+        const std::span<const Index> loop = polygons.vertex[f];
+        for (std::size_t k = 0; k < loop.size(); ++k) {
+            const Index a = loop[k], b = loop[(k + 1) % loop.size()];
+            const double edge = glm::distance(mesh.positions[a], mesh.positions[b]);
+            for (Index v : {a, b}) length[v] += edge, ++count[v];
+        }
+    }
+    for (Index v = 0; v < reaches.size(); ++v)
+        if (count[v] > 0) reaches[v] = std::max(reach, share * length[v] / count[v]);
+    return follow_lines(mesh.positions, polygons, lines, reaches, context);
+}
+
 } // namespace
 
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
-                                           const BoundaryOptions& options, Context& context) {
+                                           const BoundaryOptions& options, Context& context,
+                                           const GivenFeatures& given) {
     if (Status ok = check_options(options); !ok) return ok.error();
+    if (Status ok = check_given(given); !ok) return ok.error();
     if (Status ok = check_boundary(mesh, topology); !ok) return ok.error();
     const SurfacePolygons polygons = compute_boundary_polygons(mesh, topology);
-    const FeatureGraph graph = compute_feature_graph(mesh.positions, polygons, feature_limits(options));
+    const std::vector<Quad> quads = boundary_quads(mesh, topology);
+    const double diagonal = compute_diagonal(mesh.positions, quads);
+    const double reach = given.reach_rel * diagonal;
+    auto followed = follow(given.lines, mesh, polygons, reach, 0, context);
+    if (!followed) return followed.error();
+    if (!followed->gaps.empty()) return refuse(followed->gaps.front(), reach);
+    FeatureLimits limits = feature_limits(options);
+    limits.given = followed->edges;
+    const FeatureGraph graph = compute_feature_graph(mesh.positions, polygons, limits);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
     BoundaryModelParts parts;
     parts.vertices = mesh.positions;
-    const std::vector<Quad> quads = boundary_quads(mesh, topology);
-    const double tolerance = kQuadTolerance_rel * compute_diagonal(mesh.positions, quads);
+    const double tolerance = kQuadTolerance_rel * diagonal;
     add_quads(quads, tolerance, parts);
     add_features(graph, parts);
     BoundaryModel model = BoundaryModelBuilder::assemble(std::move(parts));
@@ -93,13 +148,23 @@ Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& 
 
 Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& topology,
                                            const TriangleSoup& surface, const BoundaryOptions& options,
-                                           Context& context) {
+                                           Context& context, const GivenFeatures& given) {
     if (Status ok = check_options(options); !ok) return ok.error();
+    if (Status ok = check_given(given); !ok) return ok.error();
     if (Status ok = check_boundary(mesh, topology); !ok) return ok.error();
-    Result<CleanSurface> clean = clean_surface(surface);
+    const double reach = given.reach_rel * compute_diagonal(surface);
+    FeaturedSurface featured;
+    if (!given.lines.empty()) {
+        auto inserted = insert_features(surface, given.lines, reach, context);
+        if (!inserted) return inserted.error();
+        featured = std::move(*inserted);
+    }
+    Result<CleanSurface> clean = clean_surface(given.lines.empty() ? surface : featured.soup);
     if (!clean) return clean.error();
-    const FeatureGraph graph =
-        compute_feature_graph(clean->vertices, clean->polygons, feature_limits(options));
+    const std::vector<std::array<Index, 2>> on_surface = merge_edges(featured.soup.vertices, featured.edges);
+    FeatureLimits limits = feature_limits(options);
+    limits.given = on_surface;
+    const FeatureGraph graph = compute_feature_graph(clean->vertices, clean->polygons, limits);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
     BoundaryModelParts parts;
     parts.vertices = std::move(clean->vertices);
@@ -110,13 +175,18 @@ Result<BoundaryModel> build_boundary_model(const HexMesh& mesh, const Topology& 
     parts.source = std::move(clean->source);
     BoundaryModel model = BoundaryModelBuilder::assemble(std::move(parts));
 
-    const FeatureGraph mesh_graph = compute_feature_graph(
-        mesh.positions, compute_boundary_polygons(mesh, topology), feature_limits(options));
+    const SurfacePolygons polygons = compute_boundary_polygons(mesh, topology);
+    auto followed = follow(given.lines, mesh, polygons, reach, options.reach, context);
+    if (!followed) return followed.error();
+    limits.given = followed->edges;
+    const FeatureGraph mesh_graph = compute_feature_graph(mesh.positions, polygons, limits);
     SurfaceAssociation bound = associate(mesh, topology, mesh_graph, model, options.reach, context);
     if (context.is_cancelled()) return make_error(ErrorCode::cancelled, kStage, "", "cancelled");
     bound.report.dropped_triangles = clean->dropped_triangles;
     bound.report.open_edges = clean->open_edges;
     bound.report.nonmanifold_edges = clean->nonmanifold_edges;
+    for (const FollowedLines::Gap& gap : followed->gaps)
+        bound.report.unmatched_lines.push_back(place_of(gap));
     BoundaryModelBuilder::bind(model, std::move(bound.association), std::move(bound.feature_edges),
                                std::move(bound.report), kQuadTolerance_rel * model.diagonal());
     return model;

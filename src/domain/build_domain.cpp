@@ -52,18 +52,6 @@ double interior_angle_deg(const CleanSurface& surface, std::array<Index, 2> edge
     return convex ? 180 - turn : 180 + turn;
 }
 
-/// Edges between the first of equal vertices, as clean_surface() has them.
-std::vector<std::array<Index, 2>> merge_edges(const std::vector<Point>& vertices,
-                                              std::span<const std::array<Index, 2>> edges) {
-    std::vector<std::array<Index, 2>> merged;
-    if (edges.empty()) return merged;
-    const std::vector<Index> first = find_first_equal(vertices);
-    for (const auto& [a, b] : edges)
-        merged.push_back({std::min(first[a], first[b]), std::max(first[a], first[b])});
-    std::sort(merged.begin(), merged.end());
-    return merged;
-}
-
 } // namespace
 
 void add_incidence(const FeatureGraph& graph, const CleanSurface& surface, Domain& domain) {

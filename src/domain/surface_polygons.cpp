@@ -1,5 +1,7 @@
 #include "domain/surface_polygons.hpp"
 
+#include "domain/box_tree.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <compare>
@@ -134,6 +136,12 @@ Status check_soup(const TriangleSoup& soup) {
     return Done{};
 }
 
+double compute_diagonal(const TriangleSoup& soup) {
+    Box box;
+    for (const Point& p : soup.vertices) box.add(p);
+    return soup.vertices.empty() ? 0 : glm::distance(box.low, box.high);
+}
+
 std::vector<Index> find_first_equal(const std::vector<Point>& x) {
     std::vector<Index> order(x.size()), first(x.size());
     std::iota(order.begin(), order.end(), Index{0});
@@ -145,6 +153,17 @@ std::vector<Index> find_first_equal(const std::vector<Point>& x) {
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] = i > 0 && x[order[i]] == x[order[i - 1]] ? first[order[i - 1]] : order[i];
     return first;
+}
+
+std::vector<std::array<Index, 2>> merge_edges(const std::vector<Point>& vertices,
+                                              std::span<const std::array<Index, 2>> edges) {
+    std::vector<std::array<Index, 2>> merged;
+    if (edges.empty()) return merged;
+    const std::vector<Index> first = find_first_equal(vertices);
+    for (const auto& [a, b] : edges)
+        merged.push_back({std::min(first[a], first[b]), std::max(first[a], first[b])});
+    std::sort(merged.begin(), merged.end());
+    return merged;
 }
 
 Result<CleanSurface> clean_surface(const TriangleSoup& soup) {

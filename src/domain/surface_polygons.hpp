@@ -5,6 +5,8 @@
 #include "mesh/triangle_soup.hpp"
 
 #include <array>
+#include <span>
+#include <vector>
 
 namespace hexopt {
 
@@ -20,8 +22,15 @@ struct CleanSurface {
 /// Error (bad_input): an id out of range, a coordinate that is not finite, a wrong number of patches.
 Status check_soup(const TriangleSoup& soup);
 
+/// Diagonal of the bounding box of all vertices; 0 without any.
+double compute_diagonal(const TriangleSoup& soup);
+
 /// For every vertex the first one at exactly the same place.
 std::vector<Index> find_first_equal(const std::vector<Point>& positions);
+
+/// Edges between the first of equal vertices, as clean_surface() has them: smaller vertex first, sorted.
+std::vector<std::array<Index, 2>> merge_edges(const std::vector<Point>& vertices,
+                                              std::span<const std::array<Index, 2>> edges);
 
 /// Checks and cleans a soup. Triangles with two equal vertices and those given twice are dropped. One whose
 /// vertices lie on a line is kept, for its neighbours hang together through it, and takes a neighbour's

@@ -55,6 +55,10 @@ void add_surface_notes(const AssociationReport& report, std::vector<std::string>
             fmt::format("{} corners and {} feature curves of the surface are followed by no edge of "
                         "the mesh.",
                         report.unmatched_corners, report.unmatched_curves));
+    if (!report.unmatched_lines.empty())
+        notes.push_back(fmt::format("{} feature lines are followed by no edges of the mesh: {}{}.",
+                                    report.unmatched_lines.size(), report.unmatched_lines.front(),
+                                    report.unmatched_lines.size() > 1 ? ", ..." : ""));
     if (report.open_edges + report.nonmanifold_edges > 0)
         notes.push_back(fmt::format("The surface has {} open and {} non-manifold edges, taken as features.",
                                     report.open_edges, report.nonmanifold_edges));
@@ -82,9 +86,11 @@ Result<std::optional<BoundaryModel>> build_surface(const HexMesh& mesh, const To
                                                    const ImproveOptions& options,
                                                    std::vector<std::string>& notes, Context& context) {
     if (options.optimize.boundary == BoundaryMode::fixed) return std::optional<BoundaryModel>{};
+    const GivenFeatures given{options.feature_lines, options.feature_reach_rel};
     Result<BoundaryModel> model =
-        options.surface ? build_boundary_model(mesh, topology, *options.surface, options.features, context)
-                        : build_boundary_model(mesh, topology, options.features, context);
+        options.surface
+            ? build_boundary_model(mesh, topology, *options.surface, options.features, context, given)
+            : build_boundary_model(mesh, topology, options.features, context, given);
     if (!model) return model.error();
     if (options.surface) add_surface_notes(model->association_report(), notes);
     return std::optional<BoundaryModel>(std::move(*model));

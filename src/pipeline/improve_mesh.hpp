@@ -4,6 +4,7 @@
 #include "core/result.hpp"
 #include "domain/boundary_model.hpp"
 #include "domain/deviation.hpp"
+#include "mesh/feature_lines.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/compute_place.hpp"
@@ -19,7 +20,9 @@ namespace hexopt {
 
 struct ImproveOptions {
     OptimizeOptions optimize;
-    BoundaryOptions features;              ///< how features of the boundary are recognised
+    BoundaryOptions features;                ///< how features of the boundary are recognised
+    std::vector<FeatureLines> feature_lines; ///< features whatever their angle
+    double feature_reach_rel = 1e-3;       ///< how far they may be from the surface, of its diagonal; 0..0.01
     const TriangleSoup* surface = nullptr; ///< what the boundary slides on; null: the mesh's own boundary
     ComputeRequest compute;
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
@@ -40,7 +43,7 @@ struct ImproveOutcome {
 
 /// The flow in memory: recognises hanging vertices, measures, optimizes and measures again. The mesh must be
 /// structurally valid. On an Error the positions are as they were. Errors: bad_input (no hexahedra, a surface
-/// that cannot be used), out_of_memory, device, cancelled before the optimizer began.
+/// that cannot be used, feature lines off it), out_of_memory, device, cancelled before the optimizer began.
 Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options, StageClock& clock,
                                     Context& context);
 

@@ -2,6 +2,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/mesh_io.hpp"
+#include "io/read_feature_lines.hpp"
 #include "io/read_surface.hpp"
 #include "io/write_openfoam.hpp"
 #include "pipeline/check_outputs.hpp"
@@ -56,7 +57,9 @@ Status write_results(const OptimizeJob& job, MeshFile& file, const std::vector<P
 
 /// The mesh may be written over the one that is read; nothing else may.
 Status check_places(const OptimizeJob& job) {
-    const Status ok = check_outputs({job.output, job.picture, job.report, job.html}, {}, {job.surface});
+    std::vector<std::filesystem::path> read = job.feature_files;
+    read.push_back(job.surface);
+    const Status ok = check_outputs({job.output, job.picture, job.report, job.html}, {}, read);
     if (!ok) return ok;
     for (const auto& path : {job.picture, job.report, job.html})
         if (!path.empty())
@@ -80,6 +83,11 @@ Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& cont
         if (!read) return read.error();
         soup = std::move(*read);
         improve.surface = &soup;
+    }
+    for (const std::filesystem::path& path : job.feature_files) {
+        auto lines = clock.run("read_features", [&] { return read_feature_lines(path, context); });
+        if (!lines) return lines.error();
+        improve.feature_lines.push_back(std::move(*lines));
     }
     std::vector<Point> start;
     if (!job.picture.empty() || !job.html.empty()) start = file->mesh.positions;

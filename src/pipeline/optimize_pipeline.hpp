@@ -11,9 +11,10 @@ namespace hexopt {
 struct OptimizeJob {
     std::filesystem::path input, output;
     std::filesystem::path surface; ///< triangles that the boundary slides on; sets improve.surface
-    std::filesystem::path report;  ///< JSON
-    std::filesystem::path picture; ///< PNG of before and after
-    std::filesystem::path html;    ///< web page of the run
+    std::vector<std::filesystem::path> feature_files; ///< lines; add to improve.feature_lines
+    std::filesystem::path report;                     ///< JSON
+    std::filesystem::path picture;                    ///< PNG of before and after
+    std::filesystem::path html;                       ///< web page of the run
     ImproveOptions improve;
     bool keep_best = false; ///< cancelled: write the best state reached
 };

@@ -43,11 +43,15 @@ int tets_of(Decomposition decomposition) {
 
 json options_json(const OptimizeJob& job) {
     const OptimizeOptions& o = job.improve.optimize;
+    json files = json::array();
+    for (const auto& file : job.feature_files) files.push_back(file.string());
     return {{"method", name_of(o.method)},
             {"energy", name_of(resolved_energy(o))},
             {"decomposition", tets_of(o.decomposition)},
             {"boundary", o.boundary == BoundaryMode::fixed ? "fixed" : "slide"},
             {"surface", job.surface.empty() ? json(nullptr) : json(job.surface.string())},
+            {"features", files},
+            {"features_reach_rel", job.improve.feature_reach_rel},
             {"feature_angle_deg", job.improve.features.feature_angle_deg},
             {"max_deviation_rel", o.max_deviation_rel},
             {"starts", o.starts},

@@ -2,6 +2,7 @@
 
 #include "domain/insert_features.hpp"
 #include "domain/surface_creases.hpp"
+#include "domain/surface_polygons.hpp"
 #include "pipeline/seeded_surface.hpp"
 
 #include <cmath>
@@ -53,12 +54,6 @@ Status check_farfield(const TriangleSoup& surface, const Box& box) {
                     fmt::format("the point ({:.6g}, {:.6g}, {:.6g}) of the surface is not inside the box",
                                 p.x, p.y, p.z));
     return Done{};
-}
-
-double compute_diagonal(const TriangleSoup& surface) {
-    Box box;
-    for (const Point& p : surface.vertices) box.add(p);
-    return surface.vertices.empty() ? 0 : glm::distance(box.low, box.high);
 }
 
 Result<FeaturedSurface> add_feature_lines(TriangleSoup soup, const MeshOptions& options, StageClock& clock,

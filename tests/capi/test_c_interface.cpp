@@ -190,6 +190,9 @@ TEST_CASE("options out of range are refused by name") {
     SECTION("boundary") { options.boundary = static_cast<hexopt_boundary>(7), expected = "boundary"; }
     SECTION("feature angle") { options.feature_angle_deg = 181, expected = "feature_angle_deg"; }
     SECTION("deviation") { options.max_deviation_rel = -1, expected = "max_deviation_rel"; }
+    SECTION("reach") { options.feature_reach_rel = 0.02, expected = "feature_reach_rel"; }
+    SECTION("starts") { options.starts = 5, expected = "starts"; }
+    SECTION("lines") { options.feature_segment_count = 1, expected = "feature_segments is NULL"; }
     SECTION("nan") { options.min_sj = std::numeric_limits<double>::quiet_NaN(), expected = "min_sj"; }
     SECTION("time") { options.time_limit_s = -1, expected = "time_limit_s"; }
     SECTION("iterations") { options.max_iterations = 0, expected = "max_iterations"; }
@@ -218,6 +221,41 @@ TEST_CASE("a program with older, shorter structs gets defaults for the rest, and
     unsigned char untouched[sizeof result.seconds];
     std::memset(untouched, 0x5a, sizeof untouched);
     CHECK(std::memcmp(&result.seconds, untouched, sizeof untouched) == 0);
+}
+
+TEST_CASE("vertices slide along feature segments, which must follow the mesh's edges") {
+    const ContextPointer context = make_context();
+    Grid grid(4);
+    for (std::size_t v = 0; v < grid.positions.size(); v += 3)
+        if (grid.positions[v] == 2) grid.positions[v] = 2.6; // the plane in the middle, off it
+    grid.tangle();
+    hexopt_mesh mesh = view(grid);
+    const std::vector<double> input = grid.positions;
+    const std::vector<double> segments{2.6, 0, 4, 2.6, 4, 4, 1, 1, 1, 1, 1, 1};
+    const auto middle = 3 * grid.vertex(2, 2, 4);
+    for (const bool with_lines : {false, true}) {
+        grid.positions = input;
+        mesh.positions = grid.positions.data();
+        hexopt_optimize_options options = HEXOPT_OPTIMIZE_OPTIONS_INIT;
+        options.feature_segment_count = with_lines ? 2 : 0; // the second one has no length
+        options.feature_segments = segments.data();
+        REQUIRE(hexopt_optimize(context.get(), &mesh, nullptr, &options, nullptr) == HEXOPT_OK);
+        if (with_lines)
+            CHECK(grid.positions[middle] == Approx(2.6).margin(1e-12));
+        else
+            CHECK(grid.positions[middle] < 2.3);
+    }
+    hexopt_optimize_options options = HEXOPT_OPTIMIZE_OPTIONS_INIT;
+    std::vector<double> other{2, 0, 4, 2, 4, 4};
+    options.feature_segment_count = 1;
+    options.feature_segments = other.data();
+    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, &options, nullptr) == HEXOPT_BAD_INPUT);
+    CHECK_THAT(hexopt_context_message(context.get()), Catch::Contains("(2, 0, 4)"));
+    other[4] = std::numeric_limits<double>::infinity();
+    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, &options, nullptr) == HEXOPT_BAD_INPUT);
+    CHECK_THAT(hexopt_context_message(context.get()), Catch::Contains("feature segment 0"));
+    options.boundary = HEXOPT_BOUNDARY_FIXED; // where it has no effect
+    CHECK(hexopt_optimize(context.get(), &mesh, nullptr, &options, nullptr) == HEXOPT_OK);
 }
 
 TEST_CASE("a null context, null outputs and null meshes are usage errors") {

@@ -83,10 +83,12 @@ class Usage(Command):
         self.assert_error(run("render", "a.vtu", "-o", "b.png", "--color", "0"), USAGE, "quality|level|patch|none")
 
     def test_options_without_effect(self):
-        for option, value in (("--surface", "s.stl"), ("--feature-angle", 20), ("--max-deviation-rel", 0.01), ("--starts", 2)):
+        for option, value in (("--surface", "s.stl"), ("--feature-angle", 20), ("--max-deviation-rel", 0.01), ("--starts", 2),
+                              ("--features", "l.csv")):
             for fixed in (("--boundary", "fixed"), ("--method", "thesis")):
                 self.assert_error(run("optimize", "a.vtu", "b.vtu", *fixed, option, value), USAGE, option)
         self.assert_error(run("validate", "a.vtu", "--device", "cpu"), BAD_INPUT)
+        self.assert_error(run("optimize", "a.vtu", "b.vtu", "--features-reach", 0.01), USAGE, "--features-reach", "--features")
         for flag in ("--weak-features", "--noise-angle", "--narrow-features"): # which need cells
             self.assert_error(run("domain", "a.stl", "-o", "a.hxd", flag, "0"), USAGE, flag)
 
@@ -336,6 +338,21 @@ class Optimize(Command):
         self.assertEqual(result.returncode, OK, result.stderr)
         self.assert_error(run("optimize", mesh, self.path("out.vtu"), "--surface", self.path("none.stl")),
                           BAD_INPUT, "none.stl")
+
+    def test_given_feature_lines(self):
+        mesh, out, lines, report = self.make("in.vtu", "grid", "--size", 4), self.path("out.vtu"), self.path("l.csv"), self.path("r.json")
+        lines.write_text("0.5,0,1\n0.5,1,1\n\n0,0.5,0.003\n1,0.5,0.003\n")
+        self.assert_error(run("optimize", mesh, out, "--features", lines), BAD_INPUT, "l.csv near (0, 0.5, 0.003)")
+        result = run("optimize", mesh, out, "--features", lines, "--features-reach", 0.002, "--report", report)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        options = json.loads(report.read_text())["options"]
+        self.assertEqual((options["features"], options["features_reach_rel"]), ([str(lines)], 0.002))
+        lines.write_text("0.3,0,1\n0.3,1,1\n")
+        self.assert_error(run("optimize", mesh, out, "--features", lines), BAD_INPUT, "l.csv near (0.3, 0, 1)", "no vertex")
+        lines.write_text("0,0,0\n1,0,nan\n")
+        self.assert_error(run("optimize", mesh, out, "--features", lines), BAD_INPUT, "l.csv: point 1")
+        self.assert_error(run("optimize", mesh, out, "--features", self.path("none.obj")), BAD_INPUT, "none.obj")
+        self.assert_error(run("optimize", mesh, self.path("l.vtk"), "--features", self.path("l.vtk")), USAGE, "would be lost")
 
     def test_input_may_be_the_output(self):
         mesh = self.make("in.vtu", "grid", "--size", 5, "--tangled", 0.2)

@@ -1,6 +1,9 @@
 #include "pipeline/improve_mesh.hpp"
 #include "pipeline/tangled_mesh.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 using namespace hexopt;
 using hexopt::test::tangled_mesh;
 
@@ -109,4 +112,71 @@ TEST_CASE("a mesh without cells is refused") {
     const auto outcome = improve(mesh, BoundaryMode::fixed);
     REQUIRE_FALSE(outcome);
     CHECK(outcome.error().code == ErrorCode::bad_input);
+}
+
+TEST_CASE("vertices slide along a given line and do not leave it, as they would without") {
+    // Columns of unequal width whose top is a roof of 11 degrees with its ridge at x = 4.
+    constexpr int kSize = 5;
+    const std::array<double, kSize + 1> width{0, 2, 4, 4.5, 5, 5.5};
+    HexMesh mesh = tangled_mesh("grid", 0, kSize);
+    std::vector<Index> ridge;
+    const auto step = [&](double x) { return width[static_cast<std::size_t>(std::lround(x * kSize))]; };
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const Point unit = mesh.positions[v];
+        const double x = step(unit.x), height = 5 - 0.1 * std::abs(x - 4);
+        mesh.positions[v] = Point(x, step(unit.y), unit.z * height);
+        if (x == 4 && unit.z == 1) ridge.push_back(v);
+    }
+    REQUIRE(ridge.size() == kSize + 1);
+    const Index inside = (kSize + 1) * (kSize + 1) * 2 + (kSize + 1) * 2 + 2;
+    std::swap(mesh.positions[inside], mesh.positions[inside + 1]); // something to mend
+    const std::vector<Point> before = mesh.positions;
+    const TriangleSoup surface = boundary_soup(mesh, compute_topology(mesh));
+    const FeatureLines line{"ridge.csv",
+                            {{Point(4, 0, 5), Point(4, 1, 5)}, {Point(4, 1, 5), Point(4, 5.5, 5)}}};
+    for (const TriangleSoup* given : {static_cast<const TriangleSoup*>(nullptr), &surface})
+        for (const bool with_line : {false, true}) {
+            INFO(with_line << (given ? " surface" : ""));
+            mesh.positions = before;
+            ImproveOptions options;
+            options.surface = given;
+            if (with_line) options.feature_lines = {line};
+            StageClock clock;
+            Context context(1);
+            const auto outcome = improve_mesh(mesh, options, clock, context);
+            REQUIRE(outcome);
+            CHECK(outcome->verdict == ErrorCode::ok);
+            double off = 0, along = 0;
+            for (Index v : ridge) {
+                off = std::max(off, std::abs(mesh.positions[v].x - 4));
+                along = std::max(along, std::abs(mesh.positions[v].y - before[v].y));
+            }
+            CHECK(along > 0.02);
+            if (with_line)
+                CHECK(off < 1e-12);
+            else
+                CHECK(off > 0.1);
+        }
+}
+
+TEST_CASE("a line that the mesh does not follow is refused, or named where the surface is given") {
+    HexMesh mesh = tangled_mesh("grid", 0, 4);
+    const std::vector<Point> before = mesh.positions;
+    const TriangleSoup surface = boundary_soup(mesh, compute_topology(mesh));
+    ImproveOptions options;
+    options.feature_lines = {{"cut.csv", {{Point(0, 0, 1), Point(1, 1, 1)}}}};
+    StageClock clock;
+    Context context(1);
+    const auto refused = improve_mesh(mesh, options, clock, context);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().code == ErrorCode::bad_input);
+    CHECK_THAT(refused.error().one_line(), Catch::Contains("cut.csv near (0, 0, 1)"));
+    CHECK(mesh.positions == before);
+    options.surface = &surface;
+    const auto named = improve_mesh(mesh, options, clock, context);
+    REQUIRE(named);
+    const auto& notes = named->notes;
+    CHECK(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+        return note.find("1 feature lines are followed by no edges of the mesh: cut.csv near") == 0;
+    }));
 }

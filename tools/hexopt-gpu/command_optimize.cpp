@@ -35,6 +35,21 @@ void add_boundary_options(CLI::App& command, Arguments& arguments) {
                                       "Boundary edges sharper than this many degrees are features")
                           ->check(CLI::Range(0.0, 180.0))
                           ->capture_default_str());
+    CLI::Option* lines =
+        command
+            .add_option("--features", arguments.job.feature_files,
+                        "File of feature lines (.eMesh, .obj, .vtk, .vtp or .csv), beside those by angle; "
+                        "--feature-angle 180: instead")
+            ->type_name("FILE");
+    sliding.push_back(lines);
+    sliding.push_back(
+        command
+            .add_option("--features-reach", arguments.job.improve.feature_reach_rel,
+                        "How far lines of --features may be from the surface, or from vertices of "
+                        "the mesh where its own boundary is that, as a fraction of the diagonal")
+            ->needs(lines)
+            ->check(CLI::Range(0.0, 0.01))
+            ->capture_default_str());
     sliding.push_back(
         command
             .add_option(
