@@ -196,19 +196,19 @@ class Router {
         return reserved_[u] != kNoIndex && reserved_[u] != leg;
     }
 
-    double curve_distance(Index curve, const Point& query) const {
-        return domain_.model.project_curve(curve, query).distance;
+    double leg_distance(Index leg, const Point& query) const {
+        return distance_from_leg(net_, leg, domain_.model, query);
     }
 
     double reach_of(Index leg) const {
         return options_.path_reach * wedge_factor(domain_.angle[net_.legs[leg].curve].smallest);
     }
 
-    double edge_weight(Index curve, double reach, Index from, Index to) const {
+    double edge_weight(Index leg, double reach, Index from, Index to) const {
         const double h = 0.5 * (surface_.size[from] + surface_.size[to]);
-        const double end = curve_distance(curve, placed_[to]) / h;
+        const double end = leg_distance(leg, placed_[to]) / h;
         if (end > reach) return kInfinity;
-        const double middle = curve_distance(curve, 0.5 * (placed_[from] + placed_[to])) / h;
+        const double middle = leg_distance(leg, 0.5 * (placed_[from] + placed_[to])) / h;
         return h * (0.1 + 4 * middle * middle + 4 * end * end);
     }
 
@@ -257,7 +257,7 @@ class Router {
                 if (!through && u == target_ && last != kNoIndex && v != last) continue;
                 const double pass = passage(leg, u, through);
                 if (pass == kInfinity) continue;
-                const double weight = edge_weight(l.curve, reach, v, u);
+                const double weight = edge_weight(leg, reach, v, u);
                 if (weight == kInfinity) continue;
                 const double total = cost + weight + pass + fold_penalty(before, v, u);
                 const auto found = best.find(u);

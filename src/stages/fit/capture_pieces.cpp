@@ -97,8 +97,8 @@ class PieceFinder {
         capture_.pieces.push_back({l, std::move(path)});
     }
 
-    double offset(Index curve, const Point& query, double size) const {
-        return domain_.model.project_curve(curve, query).distance / size;
+    double offset(Index leg, const Point& query, double size) const {
+        return distance_from_leg(net_, leg, domain_.model, query) / size;
     }
 
     /// The way of least deviation along the leg from `source` as far as it goes; empty if it does not get
@@ -118,14 +118,14 @@ class PieceFinder {
             const Reached at = reached.at(v);
             if (cost > at.cost) continue;
             const double progress = forward ? at.arc - start : start - at.arc;
-            if (progress > farthest && offset(leg.curve, placed_[v], surface_.size[v]) < kEndNear) {
+            if (progress > farthest && offset(l, placed_[v], surface_.size[v]) < kEndNear) {
                 farthest = progress;
                 best = v;
             }
             for (Index e : surface_.vertex_edge[v]) {
                 const Index u = surface_.other_end(e, v);
                 if (!surface_.edge[e].ridge_allowed || taken_[u]) continue;
-                const Reached next = step(leg, v, at, u, forward);
+                const Reached next = step(l, v, at, u, forward);
                 if (next.cost == std::numeric_limits<double>::infinity()) continue;
                 if (next.arc < span[0] || next.arc > span[1]) continue;
                 const auto found = reached.find(u);
@@ -141,15 +141,15 @@ class PieceFinder {
         return path;
     }
 
-    Reached step(const Leg& leg, Index from, const Reached& at, Index to, bool forward) const {
+    Reached step(Index l, Index from, const Reached& at, Index to, bool forward) const {
         constexpr double kNever = std::numeric_limits<double>::infinity();
         const double h = 0.5 * (surface_.size[from] + surface_.size[to]);
-        const double end = offset(leg.curve, placed_[to], h);
+        const double end = offset(l, placed_[to], h);
         if (end > kNear) return {kNever, 0, from};
-        const double arc = closest_arc_length(leg, placed_[to]);
+        const double arc = closest_arc_length(net_.legs[l], placed_[to]);
         const double progress = forward ? arc - at.arc : at.arc - arc;
         if (progress < -kBack * h || progress > 3 * h) return {kNever, 0, from};
-        const double middle = offset(leg.curve, 0.5 * (placed_[from] + placed_[to]), h);
+        const double middle = offset(l, 0.5 * (placed_[from] + placed_[to]), h);
         return {at.cost + h * (0.1 + 4 * middle * middle + 4 * end * end), arc, from};
     }
 

@@ -110,4 +110,11 @@ double closest_arc_length(const Leg& leg, const Point& query) {
     return arc;
 }
 
+double distance_from_leg(const CurveNet& net, Index leg, const BoundaryModel& model, const Point& query) {
+    const Leg& l = net.legs[leg];
+    const auto [first, last] = net.curve_legs[l.curve];
+    if (last == first + 1) return model.project_curve(l.curve, query).distance;
+    return glm::distance(query, point_at(l, closest_arc_length(l, query)));
+}
+
 } // namespace hexopt::fit

@@ -52,4 +52,8 @@ Point point_at(const Leg& leg, double arc_length);
 /// Arc length of the leg's closest point to `query`.
 double closest_arc_length(const Leg& leg, const Point& query);
 
+/// Distance of `query` from leg number `leg`, model units. A curve of several legs comes near itself: a path
+/// that were measured by the whole of it could go the other way round.
+double distance_from_leg(const CurveNet& net, Index leg, const BoundaryModel& model, const Point& query);
+
 } // namespace hexopt::fit

@@ -2,6 +2,7 @@
 
 #include "mesh/topology.hpp"
 #include "stages/fit/regions.hpp"
+#include "stages/fit/spread_path.hpp"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -15,29 +16,6 @@ using namespace fit;
 
 constexpr std::size_t kChunk = 512;
 constexpr double kSurelySharp_deg = 50;
-
-/// Arc lengths of a path's vertices from ends[0] to ends[1]: between their closest points and an even spread,
-/// with the difference smoothed so that none overtakes another.
-std::vector<double> spread_path(const Leg& leg, std::array<double, 2> ends, const std::vector<Index>& path,
-                                const SurfaceMesh& surface, const std::vector<Point>& placed) {
-    std::vector<double> even = {0};
-    for (std::size_t i = 1; i < path.size(); ++i)
-        even.push_back(even.back() + 0.5 * (surface.size[path[i - 1]] + surface.size[path[i]]));
-    const double factor = (ends[1] - ends[0]) / even.back();
-    for (double& s : even) s = ends[0] + s * factor;
-    std::vector<double> shift(path.size(), 0);
-    for (std::size_t i = 1; i + 1 < path.size(); ++i)
-        shift[i] = 0.5 * (closest_arc_length(leg, placed[path[i]]) - even[i]);
-    for (int sweep = 0; sweep < 20; ++sweep)
-        for (std::size_t i = 1; i + 1 < path.size(); ++i) shift[i] = 0.5 * (shift[i - 1] + shift[i + 1]);
-    std::vector<double> arc(path.size());
-    bool rising = true;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-        arc[i] = even[i] + shift[i];
-        if (i > 0 && arc[i] - arc[i - 1] < 0.3 * (even[i] - even[i - 1])) rising = false;
-    }
-    return rising ? arc : even;
-}
 
 class Fitter {
   public:
