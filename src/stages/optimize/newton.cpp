@@ -42,8 +42,7 @@ HexGroup group_of(const Problem& problem, const Objective& objective, std::span<
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
       schedule_(problem.cell_dof(), problem.dof_count(), kCellChunk), gradient_(problem.dof_count()),
-      step_(problem.dof_count()), start_(problem.dof_count() + problem.hanging_rows().size()),
-      freedom_(motion ? problem.dof_count() : 0) {
+      step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {
     problem.release_cell_dof();
 }
 
@@ -183,6 +182,7 @@ Newton::Search Newton::search_line(const Objective& objective, double slope, Obj
     const auto dofs = problem_.dof_vertex();
     const auto rows = problem_.hanging_rows();
     const auto hanging = [&](std::size_t i) { return problem_.mesh().hanging.vertex[rows[i]]; };
+    start_.resize(dofs.size() + rows.size());
     for (std::size_t d = 0; d < dofs.size(); ++d) start_[d] = positions_[dofs[d]];
     for (std::size_t i = 0; i < rows.size(); ++i) start_[dofs.size() + i] = positions_[hanging(i)];
     double length = 1;
@@ -244,6 +244,7 @@ NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& o
     while (result.steps < options.max_steps && !budget_.exhausted()) {
         if (motion_) motion_->freedoms(positions_, freedom_);
         assemble(objective);
+        start_ = {}; // not while the linear solver needs as much
         for (Point& g : gradient_) g = -g;
         const double before = value.energy;
         Search search = Search::blocked;

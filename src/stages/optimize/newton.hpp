@@ -24,6 +24,9 @@ class Newton final : public Minimiser {
 
     std::vector<Point>& positions() { return positions_; }
     BlockMatrix& matrix() { return matrix_; }
+    /// One a dof, of use between steps.
+    std::span<Point> right_hand_side() { return gradient_; }
+    std::span<Point> solution() { return step_; }
 
   private:
     ObjectiveValue evaluate_at(const Objective& objective, std::span<const Point> positions) const;
@@ -44,7 +47,7 @@ class Newton final : public Minimiser {
     BlockMatrix matrix_;
     ChunkSchedule schedule_; ///< over cells, by the dofs they depend on
     std::vector<Point> gradient_, step_;
-    std::vector<Point> start_; ///< of a line search: dofs, then what hangs on them
+    std::vector<Point> start_; ///< of the last line search: dofs, then what hangs on them
     std::vector<Freedom> freedom_;
 };
 

@@ -2,6 +2,7 @@
 
 #include "mesh/hex_reference.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -29,7 +30,8 @@ int harmonic_start(Newton& newton, std::span<const std::uint8_t> on_boundary, Bu
     BlockMatrix& matrix = newton.matrix();
     std::vector<Point>& positions = newton.positions();
     matrix.set_zero();
-    std::vector<Point> rhs(problem.dof_count(), Point(0)), step(problem.dof_count());
+    const std::span<Point> rhs = newton.right_hand_side(), step = newton.solution();
+    std::fill(rhs.begin(), rhs.end(), Point(0));
     const auto fixed = [&](Index dof) { return on_boundary[problem.dof_vertex()[dof]] != 0; };
     for (std::size_t c = 0; c < problem.cell_count(); ++c) {
         const Cell& cell = problem.cell(c);
