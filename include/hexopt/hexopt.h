@@ -167,7 +167,7 @@ typedef struct hexopt_optimize_options {
     size_t feature_segment_count;
     const double* feature_segments; /**< 6 * count: x, y, z of both ends */
     double feature_reach_rel;       /**< 0..0.01 of the diagonal: how far off they may be; 0.001 */
-    /** 1..4: with slide and at most 20,000 cells, from how many states the worst cells are raised; 4 */
+    /** 1..4: with slide and at most 40,000 cells, from how many states the worst cells are raised; 4 */
     int32_t starts;
 } hexopt_optimize_options;
 

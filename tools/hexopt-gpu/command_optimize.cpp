@@ -62,7 +62,7 @@ void add_boundary_options(CLI::App& command, Arguments& arguments) {
         command
             .add_option(
                 "--starts", o.starts,
-                "With --boundary slide and at most 20,000 cells: from how many states the worst cells are "
+                "With --boundary slide and at most 40,000 cells: from how many states the worst cells are "
                 "raised, one after another; the best result is kept")
             ->check(CLI::Range(1, 4))
             ->type_name("COUNT")

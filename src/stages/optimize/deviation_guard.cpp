@@ -13,12 +13,22 @@ constexpr double kRefineAbove = 0.6;
 constexpr double kStartMargin = 1.1; ///< how much more than at the start a quad may deviate
 constexpr double kWithin = 0.8;      ///< share of its range that a vertex is pulled back to
 
+/// Centre, corners and edge midpoints.
+std::array<Point, 9> places_of(const std::array<Point, 4>& x) {
+    std::array<Point, 9> places{quad_centre(x)};
+    for (std::size_t k = 0; k < 4; ++k) {
+        places[1 + 2 * k] = x[k];
+        places[2 + 2 * k] = 0.5 * (x[k] + x[(k + 1) % 4]);
+    }
+    return places;
+}
+
 } // namespace
 
 DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                                const SurfaceLimits& limits, double allowed, const Parallel& parallel)
     : surface_(surface), limits_(limits), start_allowed_(allowed),
-      hint_(topology.boundary_faces.size(), kNoIndex) {
+      hint_(topology.boundary_faces.size(), kNoIndex), foot_(topology.boundary_faces.size()) {
     vertex_quad_.offset.assign(mesh.vertex_count() + 1, 0);
     for (CellFace face : topology.boundary_faces) {
         quads_.push_back(face_vertices(mesh, face));
@@ -45,7 +55,14 @@ double DeviationGuard::quad_deviation(std::span<const Point> positions, Index qu
                                       double refine_above) const {
     std::array<Point, 4> x;
     for (int k = 0; k < 4; ++k) x[k] = positions[quads_[quad][k]];
-    double largest = surface_.quad_deviation(x, kNoIndex, hint_[quad]);
+    const std::array<Point, 9> places = places_of(x);
+    double largest = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const Projection on = surface_.project_patch(kNoIndex, places[i], hint_[quad]);
+        if (i == 0) hint_[quad] = on.element;
+        foot_[quad][i] = on.point;
+        largest = std::max(largest, on.distance);
+    }
     if (largest < refine_above) return largest;
     const Point centre = quad_centre(x);
     for (int k = 0; k < 4; ++k) {
@@ -57,8 +74,19 @@ double DeviationGuard::quad_deviation(std::span<const Point> positions, Index qu
     return largest;
 }
 
+/// The surface is no farther from a place than any point of it.
+bool DeviationGuard::is_near_last_feet(std::span<const Point> positions, Index quad, double within) const {
+    std::array<Point, 4> x;
+    for (std::size_t k = 0; k < 4; ++k) x[k] = positions[quads_[quad][k]];
+    const std::array<Point, 9> places = places_of(x);
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (!(glm::distance(places[i], foot_[quad][i]) < within)) return false;
+    return true;
+}
+
 bool DeviationGuard::quad_deviates(std::span<const Point> positions, Index quad) const {
     const double allowed = allowed_[quad];
+    if (is_near_last_feet(positions, quad, kRefineAbove * allowed)) return false;
     return quad_deviation(positions, quad, kRefineAbove * allowed) > allowed;
 }
 

@@ -32,6 +32,7 @@ class DeviationGuard final : public BoundaryGuard {
 
   private:
     double quad_deviation(std::span<const Point> positions, Index quad, double refine_above) const;
+    bool is_near_last_feet(std::span<const Point> positions, Index quad, double within) const;
     bool quad_deviates(std::span<const Point> positions, Index quad) const;
     bool start_deviates(std::span<const Point> positions, Index vertex) const;
 
@@ -42,7 +43,8 @@ class DeviationGuard final : public BoundaryGuard {
     std::vector<Quad> quads_;
     Csr<Index> vertex_quad_;
     std::vector<Index> boundary_vertices_;
-    mutable std::vector<Index> hint_; ///< per quad
+    mutable std::vector<Index> hint_;                ///< per quad
+    mutable std::vector<std::array<Point, 9>> foot_; ///< per quad: last closest points of nine places
     std::optional<ContactGuard> contact_;
 };
 

@@ -93,6 +93,14 @@ class MaxMin {
     }
 
     MaxMinResult run(double wanted, RaiseOrder order) {
+        const double spent_before = work_spent_;
+        MaxMinResult result = raise(wanted, order);
+        result.work = work_spent_ - spent_before;
+        return result;
+    }
+
+  private:
+    MaxMinResult raise(double wanted, RaiseOrder order) {
         const double target = std::min(wanted, max_min::kPerfect);
         MaxMinResult result;
         result.min_sj_before = result.min_sj_after = summarise(measure_).min_sj;
@@ -130,7 +138,6 @@ class MaxMin {
         return result;
     }
 
-  private:
     /// What is raised together.
     struct Local {
         Problem problem;
@@ -309,14 +316,16 @@ class MaxMin {
             newton.minimise({eps, shape_weight, max_min::kPenaltyWeight, theta + max_min::kMargin}, options);
         result.newton_steps += step.steps;
         result.cg_iterations += step.cg_iterations;
-        work_left_ -= static_cast<double>(newton.problem().cell_count()) *
-                      (1 + step.steps + max_min::kWorkPerCgIteration * step.cg_iterations);
+        const double work = static_cast<double>(newton.problem().cell_count()) *
+                            (1 + step.steps + max_min::kWorkPerCgIteration * step.cg_iterations);
+        work_left_ -= work;
+        work_spent_ += work;
     }
 
     Movement& movement_;
     Engine& engine_;
     std::vector<Point>& positions_;
-    double eps_, work_left_;
+    double eps_, work_left_, work_spent_ = 0;
     Budget& budget_;
     std::vector<Index> cell_id_, place_;
     std::size_t attempt_cells_ = 0;

@@ -48,6 +48,7 @@ struct Movement {
 struct MaxMinResult {
     double min_sj_before = 0, min_sj_after = 0; ///< over the corners that can move
     int rounds = 0, newton_steps = 0, cg_iterations = 0;
+    double work = 0; ///< spent
 };
 
 /// Per vertex: 1 for the movable vertices of the seed cells and of `rings` rings of cells around them, and

@@ -63,7 +63,8 @@ const ObjectiveValue kNothing = {0, std::numeric_limits<double>::infinity()};
 
 } // namespace
 
-ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const Point> positions) const {
+ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const Point> positions,
+                                   double most) const {
     ObjectiveValue total = budget_.parallel().reduce(
         problem_.cell_count(), kEnergyChunk, kNothing,
         [&](std::size_t begin, std::size_t end) {
@@ -77,7 +78,8 @@ ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const P
             return sum;
         },
         combine);
-    total.energy += limit_energy(objective, positions);
+    // Never negative, and dear: vertices off the surface are projected onto it.
+    if (total.energy <= most) total.energy += limit_energy(objective, positions);
     return total;
 }
 
@@ -193,8 +195,9 @@ Newton::Search Newton::search_line(const Objective& objective, double slope, Obj
             positions_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), wanted) : wanted;
         });
         problem_.apply_hanging(positions_);
-        const ObjectiveValue at = evaluate_at(objective, positions_);
-        if (at.energy <= value.energy + kArmijo * length * slope) {
+        const double most = value.energy + kArmijo * length * slope;
+        const ObjectiveValue at = evaluate_at(objective, positions_, most);
+        if (at.energy <= most) {
             value = at;
             return Search::moved;
         }

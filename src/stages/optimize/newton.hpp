@@ -4,6 +4,8 @@
 #include "stages/optimize/hex_kernels.hpp"
 #include "stages/optimize/minimiser.hpp"
 
+#include <limits>
+
 namespace hexopt {
 
 /// The minimiser on the host: an assembled matrix over all dofs of a problem at once.
@@ -29,7 +31,9 @@ class Newton final : public Minimiser {
     std::span<Point> solution() { return step_; }
 
   private:
-    ObjectiveValue evaluate_at(const Objective& objective, std::span<const Point> positions) const;
+    /// most: beyond it the energy need not be complete.
+    ObjectiveValue evaluate_at(const Objective& objective, std::span<const Point> positions,
+                               double most = std::numeric_limits<double>::infinity()) const;
     ObjectiveValue compute_gradient(const Objective& objective);
     void assemble(const Objective& objective);
     double limit_energy(const Objective& objective, std::span<const Point> positions) const;

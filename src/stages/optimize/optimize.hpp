@@ -68,7 +68,7 @@ struct OptimizeOptions {
     /// round: only what is bad moves there. Empty: nowhere. Effort::quick only; must outlive the run.
     std::span<const std::uint8_t> finished_cells;
     bool max_min = true; ///< final stage that raises the worst cells; robust method only
-    /// 1..4: with slide and at most 20,000 cells, from how many states and in how many orders the worst cells
+    /// 1..4: with slide and at most 40,000 cells, from how many states and in how many orders the worst cells
     /// are raised, one after another; the best is kept. On a device at most 2 differ.
     int starts = 4;
     double min_sj = 1; ///< stop once the minimum scaled Jacobian reaches this; -1..1

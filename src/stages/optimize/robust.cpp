@@ -3,6 +3,7 @@
 #include "stages/optimize/cell_search.hpp"
 #include "stages/optimize/deviation_guard.hpp"
 #include "stages/optimize/max_min.hpp"
+#include "stages/optimize/mesh_measure.hpp"
 #include "stages/optimize/untangle.hpp"
 
 #include <algorithm>
@@ -41,7 +42,9 @@ constexpr double kQuickWorkPerCell = 8, kQuickWorkAtLeast = 1e5;
 /// Work of one max-min stage (see max_min::kWorkPerCell) that even a small mesh may take, shared by the
 /// starts; up to how many cells there is more than one.
 constexpr double kSlidingWorkAtLeast = 6e6;
-constexpr std::size_t kMoreStartsUpTo = 20000;
+constexpr std::size_t kMoreStartsUpTo = 40000;
+/// The best state goes on with its limits renewed while that lifts the minimum by more than this.
+constexpr double kWorthRenewing = 0.01;
 
 class RobustRun {
   public:
@@ -81,6 +84,11 @@ class RobustRun {
         std::vector<std::uint8_t> movable;
     };
 
+    /// Of SurfaceLimits, before anything narrowed them.
+    struct FirstLimits {
+        std::vector<float> reach, band_share;
+    };
+
     /// Where sliding ends depends on where it starts: the smooth state that untangling leaves, slid, or the
     /// one that max-min reaches with the boundary fixed, which also is a result to beat; and on whether the
     /// worst cells are raised together or place by place, on devices on whether single vertices are raised
@@ -97,19 +105,56 @@ class RobustRun {
         slide(movement_.movable);
         keep_if_better_();
         vertices_first_ = false;
-        const int starts = count_starts();
-        if (starts == 1) {
+        const FirstLimits first{limits_.reach, limits_.band_share};
+        if (count_starts() == 1) {
+            std::exchange(raised, {});
             budget_.context().report("max-min", 0.5);
-            return raise_sliding();
+            raise_sliding();
+        } else {
+            raise_from_each({positions_, limits_, movement_.movable}, raised);
         }
-        const Start slid{positions_, limits_, movement_.movable};
+        budget_.context().report("max-min", 0.88, "the best goes on");
+        go_on(first);
+    }
+
+    /// Ends at the best of the results.
+    void raise_from_each(const Start& slid, const Start& raised) {
+        const int starts = count_starts();
+        std::optional<Start> best;
+        MeshMeasure reached;
         for (int i = 0; i < starts && !budget_.exhausted(); ++i) {
-            budget_.context().report("max-min", 0.4 + 0.6 * i / starts,
+            budget_.context().report("max-min", 0.4 + 0.48 * i / starts,
                                      fmt::format("{} of {}", i + 1, starts));
             order_ = i < 2 ? RaiseOrder::worst : RaiseOrder::parts_first;
             vertices_first_ = i == 1 || i == 2; // so that two starts have both orders
             begin_at(i % 2 == 0 ? slid : raised);
             raise_sliding();
+            const MeshMeasure now = measure_mesh(mesh_, positions_, budget_.parallel());
+            if (best && !now.is_better_than(reached)) continue;
+            reached = now;
+            best = Start{positions_, limits_, movement_.movable};
+        }
+        if (best) begin_at(*best);
+    }
+
+    /// Every attempt that violates the limits of the boundary leaves them narrower, for good; in the end no
+    /// vertex round the worst cells can move. So the best state gets those of the start again, as long as
+    /// that helps.
+    void go_on(const FirstLimits& first) {
+        if (!options_.max_min) return;
+        order_ = RaiseOrder::worst;
+        if (options_.max_deviation_rel > 0) let_corners_move();
+        const auto least = [&] { return measure_mesh(mesh_, positions_, budget_.parallel()).min_sj; };
+        work_left_ = raise_work();
+        double before = -2;
+        for (double now = least(); now > before + kWorthRenewing && work_left_ > 0 && !budget_.exhausted();
+             now = least()) {
+            before = now;
+            limits_.reach = first.reach;
+            limits_.band_share = first.band_share;
+            for (float& band : limits_.band)
+                if (band > 0) band = static_cast<float>(band_);
+            raise_worst();
         }
     }
 
@@ -144,15 +189,22 @@ class RobustRun {
         if (has_vertices && !vertices_first_ && raise_vertices()) raise_neighbourhoods();
     }
 
-    void raise_neighbourhoods() {
+    /// Of one call of max-min at most.
+    double raise_work() const {
         const bool quick = options_.effort == Effort::quick;
         const double per_cell = quick ? kQuickWorkPerCell : max_min::kWorkPerCell;
         const double at_least = quick               ? kQuickWorkAtLeast
                                 : movement_.surface ? kSlidingWorkAtLeast / (count_starts() > 1 ? 2 : 1)
                                                     : max_min::kWorkAtLeast;
-        const double work = engine_.speed() * (at_least + per_cell * static_cast<double>(mesh_.cell_count()));
+        return engine_.speed() * (at_least + per_cell * static_cast<double>(mesh_.cell_count()));
+    }
+
+    void raise_neighbourhoods() {
+        const bool quick = options_.effort == Effort::quick;
         const MaxMinResult result = raise_worst_cells(movement_, engine_, positions_, eps_, options_.min_sj,
-                                                      work, quick ? RaiseOrder::parts : order_, budget_);
+                                                      std::min(raise_work(), work_left_),
+                                                      quick ? RaiseOrder::parts : order_, budget_);
+        work_left_ -= result.work;
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
         keep_if_better_();
@@ -371,8 +423,9 @@ class RobustRun {
     std::optional<DeviationGuard> guard_;
     double band_ = 0;
     double eps_ = 1e-12;
-    RaiseOrder order_ = RaiseOrder::worst; ///< of a thorough run
-    bool vertices_first_ = true;           ///< before the neighbourhoods, else after them and these again
+    double work_left_ = std::numeric_limits<double>::infinity(); ///< of what go_on() may spend
+    RaiseOrder order_ = RaiseOrder::worst;                       ///< of a thorough run
+    bool vertices_first_ = true; ///< before the neighbourhoods, else after them and these again
 };
 
 } // namespace

@@ -153,7 +153,9 @@ LimitTerm SurfaceMotion::limit(Index dof, const Point& at) const {
     const Index v = problem_.dof_vertex()[dof];
     LimitTerm term;
     if (is_off_surface(v) && is_well_within(dof, at)) return term;
-    const Point foot = is_off_surface(v) ? project(dof, at).point : at;
+    const Last& last = last_[dof];
+    const bool is_known = last.element != kNoIndex && last.query == at;
+    const Point foot = !is_off_surface(v) ? at : is_known ? last.foot : project(dof, at).point;
     if (limits_.reach[v] < kUnlimited) add_limit(foot - limits_.start[v], limits_.reach[v], term);
     if (is_off_surface(v)) add_limit(at - foot, limits_.band[v], term);
     return term;
