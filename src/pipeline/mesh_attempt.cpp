@@ -49,7 +49,8 @@ Status fit_domain(OctreeStore& octree, const Domain& whole, const Domain& domain
         begin_stage(context, "trim", progress::kSurfaceEnd, progress::kTrimEnd);
         auto trimmed = take_or(counts.trimmed, [&] {
             return clock.run("trim", [&] {
-                return trim_in_rounds(refined, whole, trim_options(options), counts.trims, context, leak);
+                return trim_in_rounds(refined, whole, trim_options(options), options.refine.max_cells,
+                                      counts.trims, context, leak);
             });
         });
         if (!trimmed) return trimmed.error();

@@ -77,8 +77,9 @@ class CountSearch {
             if (!refined) return refined.error();
             CountedOctree counted{std::move(*refined), {}, {}, {}};
             auto trimmed = clock.run("trim", [&] {
-                return trim_in_rounds(counted.refined, domain_, trim_options(options_), counted.rounds,
-                                      context_, leak_, narrow_levels());
+                return trim_in_rounds(counted.refined, domain_, trim_options(options_),
+                                      options_.refine.max_cells, counted.rounds, context_, leak_,
+                                      narrow_levels());
             });
             if (!trimmed) return trimmed.error();
             counted.trimmed = std::move(*trimmed);
@@ -186,7 +187,8 @@ class CountSearch {
         TrimRounds rounds;
         TrimOptions how = options_.trim;
         how.thinnest_wall_h = 0; // there may be many at this size
-        auto trimmed = trim_in_rounds(refined, domain_, how, rounds, context_, leak_);
+        auto trimmed =
+            trim_in_rounds(refined, domain_, how, options_.refine.max_cells, rounds, context_, leak_);
         if (!trimmed && trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
         // What is too thin for few cells need not be for many, and tells nothing of them.
         if (!trimmed || !check_coverage(*trimmed)) return Done{};

@@ -22,6 +22,9 @@ constexpr double kNarrowCells = 3, kAboveThinnest = 1.4;
 /// How far the octree may grow for narrow places; layers in walls, which cover more of the surface by fewer
 /// cells, have some room besides.
 constexpr double kMostNarrowGrowth = 1.3, kMostWallGrowth = 1.45;
+/// How far for partial faces, beyond the room that repairs have: cells removed there for want of room leave
+/// partial faces beside them, and so on all along a front between levels.
+constexpr double kAskedGrowth = 1.1;
 constexpr double kWorthTelling = 1e-3;
 /// Cells of a mesh with buffer layers per square of their size on the surface, roughly.
 constexpr double kCellsPerSquare = 4;
@@ -128,6 +131,15 @@ bool refine_more(RefineOutput& refined, const std::vector<Index>& cells, Context
     return !cells.empty() && refine_cells(refined, cells, context).requested > 0;
 }
 
+/// The same for what trimming asks for, with room for `most` cells if that is more than repairs have.
+bool refine_asked(RefineOutput& refined, const std::vector<Index>& cells, std::size_t most,
+                  Context& context) {
+    const std::size_t room = std::exchange(refined.max_cells, std::max(refined.max_cells, most));
+    const bool done = refine_more(refined, cells, context);
+    refined.max_cells = room;
+    return done;
+}
+
 /// Of little bare surface, mostly ragged ends of what is thicker, cells can make no sound layers.
 bool is_worth_walls(const TrimReport& report) {
     constexpr double kLeastBare = 2e-3;
@@ -192,7 +204,10 @@ class CoverSteps {
 } // namespace
 
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
-                                  TrimRounds& rounds, Context& context, LeakPath* leak, int narrow_levels) {
+                                  std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
+                                  int narrow_levels) {
+    const auto grown = kAskedGrowth * static_cast<double>(refined.octree.cell_count());
+    const std::size_t most = std::min(max_cells, static_cast<std::size_t>(grown));
     const double thinnest_wall_h = std::exchange(options.thinnest_wall_h, 0);
     CoverSteps steps(refined, narrow_levels, thinnest_wall_h);
     int last_round = kMostRounds, asked = 0; // rounds in a row in which trimming alone asked for cells
@@ -222,7 +237,8 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
             }
         }
         if (trimmed->refine_cells.empty()) return trimmed;
-        if (!refine_more(refined, trimmed->refine_cells, context)) options.partial = PartialFaces::remove;
+        if (!refine_asked(refined, trimmed->refine_cells, most, context))
+            options.partial = PartialFaces::remove;
     }
 }
 

@@ -41,7 +41,8 @@ TrimOutput trim_all(const Domain& domain, const RefineOptions& options, int narr
     TrimOptions how;
     how.part_fraction = 0; // parts of any size are wanted
     how.thinnest_wall_h = thinnest_wall_h;
-    auto trimmed = trim_in_rounds(*refined, domain, how, rounds, context, nullptr, narrow_levels);
+    auto trimmed =
+        trim_in_rounds(*refined, domain, how, options.max_cells, rounds, context, nullptr, narrow_levels);
     if (!trimmed) FAIL(trimmed.error().one_line());
     CHECK(rounds.count > 0);
     return std::move(trimmed).value();
@@ -205,4 +206,40 @@ TEST_CASE("a box meshed from a box of its own planes is nowhere bare") {
         CHECK(trimmed.bare_spots.empty());
         CHECK(trimmed.report.kept_cells == refined->octree.cell_count());
     }
+}
+
+TEST_CASE("what partial faces ask for has room beyond that of repairs, up to the budget") {
+    // A plane at a small angle to the lattice, with a region of small cells half-way across it.
+    TriangleSoup soup;
+    test::append_box(soup, {0, 0, 0}, {10, 10, 3});
+    for (Point& p : soup.vertices) p = {p.x, p.y, p.z + 0.45 * p.x + 0.3 * p.y};
+    const Domain domain = test::make_domain(soup);
+    RefineOptions options = cells_of(0.6, 0);
+    RegionTarget region;
+    region.shape = RegionShape::sphere;
+    region.low = {5.2, 4.7, 4.1};
+    region.radius = 2.3;
+    region.target.size = 0.15;
+    options.regions.push_back(region);
+    const auto trim_with = [&](std::size_t budget) {
+        Context context(1);
+        auto refined = refine(domain, options, context);
+        if (!refined) FAIL(refined.error().one_line());
+        refined->max_cells = refined->octree.cell_count(); // repairs have no room
+        TrimRounds rounds;
+        TrimOptions how;
+        auto trimmed = trim_in_rounds(*refined, domain, how, std::max(budget, refined->octree.cell_count()),
+                                      rounds, context, nullptr);
+        if (!trimmed) FAIL(trimmed.error().one_line());
+        CHECK(refined->max_cells <= refined->octree.cell_count());
+        CHECK(trimmed->report.closed_manifold());
+        return std::pair(std::move(trimmed).value(), rounds.count);
+    };
+    const auto [with_room, rounds] = trim_with(1'000'000);
+    CHECK(rounds > 1);
+    CHECK(with_room.report.partial_removed == 0);
+    const auto [without, few] = trim_with(0);
+    CHECK(without.report.partial_removed > 0);
+    CHECK(without.report.octree_cells < with_room.report.octree_cells);
+    CHECK(without.report.kept_volume < with_room.report.kept_volume);
 }
