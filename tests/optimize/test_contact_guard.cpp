@@ -1,4 +1,5 @@
 #include "stages/optimize/contact_guard.hpp"
+#include "stages/optimize/deviation_guard.hpp"
 
 #include "mesh/hanging.hpp"
 #include "mesh/topology.hpp"
@@ -211,4 +212,36 @@ TEST_CASE("a quad and the smaller ones along its edge are neighbours, not in con
     const Topology topology = compute_topology(mesh);
     REQUIRE(topology.boundary_faces.size() == 4 + 12 + 5);
     CHECK(find_boundary_contacts(mesh, topology, Parallel(1)).empty());
+}
+
+TEST_CASE("a hollow between the places that a guard looks at is found before a state is kept") {
+    // One cell over a box whose top lies a little lower and may have a hole between the places.
+    for (const bool has_hole : {false, true}) {
+        HexMesh mesh;
+        TriangleSoup box;
+        const auto add_quad = [&](Index a, Index b, Index c, Index d) {
+            box.triangles.push_back({a, b, c});
+            box.triangles.push_back({a, c, d});
+        };
+        for (int k = 0; k < 8; ++k) {
+            const double x = k % 4 == 1 || k % 4 == 2, y = k % 4 >= 2;
+            mesh.positions.emplace_back(x, y, k / 4);
+            box.vertices.emplace_back(x, y, k < 4 ? 0 : 0.975);
+        }
+        mesh.cells.push_back({0, 1, 2, 3, 4, 5, 6, 7});
+        add_quad(0, 3, 2, 1);
+        for (Index k = 0; k < 4; ++k) add_quad(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k);
+        for (const auto& [x, y] : {std::pair{0.525, 0.525}, {0.725, 0.525}, {0.725, 0.725}, {0.525, 0.725}})
+            box.vertices.emplace_back(x, y, 0.975);
+        for (Index k = 0; k < 4; ++k) add_quad(4 + k, 4 + (k + 1) % 4, 8 + (k + 1) % 4, 8 + k);
+        if (!has_hole) add_quad(8, 9, 10, 11);
+        const Topology topology = compute_topology(mesh);
+        Context context(1);
+        const auto surface = build_boundary_model(mesh, topology, box, {}, context);
+        REQUIRE(surface);
+        const SurfaceLimits limits = unlimited_on_surface(mesh.positions);
+        const DeviationGuard guard(mesh, topology, *surface, limits, 0.05, context.parallel());
+        CHECK(guard.violators(mesh.positions, guard.boundary_vertices(), context.parallel()).empty());
+        CHECK(guard.is_within(mesh.positions, 1, context.parallel()) == !has_hole);
+    }
 }

@@ -1,5 +1,6 @@
 #include "stages/optimize/robust.hpp"
 
+#include "domain/deviation.hpp"
 #include "stages/optimize/cell_search.hpp"
 #include "stages/optimize/deviation_guard.hpp"
 #include "stages/optimize/max_min.hpp"
@@ -20,6 +21,10 @@ namespace {
 constexpr double kSlidingDeviationRel = 0.005;
 /// The guard samples: what it allows is a little less than what the user does.
 constexpr double kGuardMargin = 0.9;
+/// Of what the user allows: up to here samples are believed, beyond it the deviation is measured.
+constexpr double kSurelyWithin = 0.95;
+/// How much more than at the start the boundary may deviate from a surface that is not its own.
+constexpr double kStartMargin = 1.1;
 /// Share of the deviation that a vertex itself may leave the surface by; the rest is for the quads between.
 constexpr double kBandShare = 0.8;
 constexpr int kMaxNarrowings = 12;
@@ -103,7 +108,7 @@ class RobustRun {
         raised.limits = limits_;
         raised.movable = movement_.movable;
         slide(movement_.movable);
-        keep_if_better_();
+        keep_if_within();
         vertices_first_ = false;
         const FirstLimits first{limits_.reach, limits_.band_share};
         if (count_starts() == 1) {
@@ -171,6 +176,22 @@ class RobustRun {
         return std::min(options_.starts, has_orders ? 4 : 2);
     }
 
+    /// A state beyond the deviation that the user admits is no result, however good; but steps go on from it:
+    /// the guard, which looks at some places only, with a margin, let them.
+    void keep_if_within() {
+        if (is_within_deviation()) keep_if_better_();
+    }
+
+    bool is_within_deviation() {
+        if (!guard_ || !(options_.max_deviation_rel > 0) ||
+            guard_->is_within(positions_, kSurelyWithin / kGuardMargin, budget_.parallel()))
+            return true;
+        HexMesh moved = mesh_;
+        moved.positions = positions_;
+        const auto deviation = measure_deviation(moved, topology_, *surface_, {}, budget_.context());
+        return deviation && deviation->largest() <= most_deviation_;
+    }
+
     /// Max-min on the surface, then in the band.
     void raise_sliding() {
         raise_worst();
@@ -207,7 +228,7 @@ class RobustRun {
         work_left_ -= result.work;
         stats_.newton_steps += result.newton_steps;
         stats_.cg_iterations += result.cg_iterations;
-        keep_if_better_();
+        keep_if_within();
     }
 
     /// False: none has moved.
@@ -234,7 +255,7 @@ class RobustRun {
                 limits_ = limits;
             positions_ = before;
         }
-        keep_if_better_();
+        keep_if_within();
         return positions_ != start;
     }
 
@@ -280,12 +301,12 @@ class RobustRun {
         }
         budget_.context().log(LogLevel::debug, fmt::format("{} poor cells", poor.size()));
         slide(movable_neighbourhood(mesh_, topology_, movement_.movable, poor, kPoorRings));
-        keep_if_better_();
+        keep_if_within();
         if (options_.fresh_boundary || bad_cells().empty() || budget_.exhausted()) return;
         const std::vector<std::uint8_t> sliding = movement_.movable;
         untangle_interior();
         movement_.movable = sliding;
-        keep_if_better_();
+        keep_if_within();
     }
 
     /// sound: the boundary where it is now round the soundest cells known, whose sizes tell how far a vertex
@@ -312,6 +333,10 @@ class RobustRun {
             movement_.guard = &*guard_;
         }
         band_ = kBandShare * options_.max_deviation_rel * diagonal;
+        if (guard_ && band_ > 0) {
+            const auto start = measure_deviation(mesh_, topology_, *surface_, {}, budget_.context());
+            most_deviation_ = std::max(deviation, start ? kStartMargin * start->largest() : 0);
+        }
     }
 
     void slide(const std::vector<std::uint8_t>& moving) {
@@ -421,7 +446,7 @@ class RobustRun {
     std::vector<Point> unmoved_; ///< positions that cells have their sizes from; fresh boundaries only
     SurfaceLimits limits_;
     std::optional<DeviationGuard> guard_;
-    double band_ = 0;
+    double band_ = 0, most_deviation_ = 0;
     double eps_ = 1e-12;
     double work_left_ = std::numeric_limits<double>::infinity(); ///< of what go_on() may spend
     RaiseOrder order_ = RaiseOrder::worst;                       ///< of a thorough run
