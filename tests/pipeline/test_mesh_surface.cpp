@@ -419,7 +419,7 @@ TEST_CASE("where cells fail the octree is refined and meshed anew", "[slow]") {
     const auto surface = read_surface(model, context);
     REQUIRE(surface);
     MeshOptions options;
-    options.refine.surface.size = 0.06; // no number of cells that repairs would have to keep to
+    options.refine.surface.size = 0.15; // no number of cells that repairs would have to keep to
     options.optimize.max_deviation_rel = 0;
     options.noise_angle_deg = 0; // all that fails is to be refined
     const auto outcome = mesh(*surface, options);
