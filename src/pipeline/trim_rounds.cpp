@@ -24,7 +24,7 @@ constexpr double kNarrowCells = 3, kAboveThinnest = 1.4;
 constexpr double kMostNarrowGrowth = 1.3, kMostWallGrowth = 1.45;
 /// How far for partial faces, beyond the room that repairs have: cells removed there for want of room leave
 /// partial faces beside them, and so on all along a front between levels.
-constexpr double kAskedGrowth = 1.1;
+constexpr double kAskedGrowth = 1.01;
 constexpr double kWorthTelling = 1e-3;
 /// Cells of a mesh with buffer layers per square of their size on the surface, roughly.
 constexpr double kCellsPerSquare = 4;
