@@ -118,7 +118,8 @@ TEST_CASE("the octree that was counted is not trimmed and fitted again") {
     auto& [context, domain, options, counted] = cylinder;
     REQUIRE((counted && counted->trimmed && counted->fitted));
     TrimRounds rounds;
-    auto trimmed = trim_in_rounds(counted->refined, domain, options.trim, options.refine.max_cells, rounds, context, nullptr);
+    auto trimmed = trim_in_rounds(counted->refined, domain, options.trim, options.refine.max_cells, rounds,
+                                  context, nullptr);
     REQUIRE(trimmed);
     CHECK(trimmed->kept_cell == counted->trimmed->kept_cell);
     const auto fitted = fit_boundary(std::move(trimmed->kept), domain, options.fit, context);
