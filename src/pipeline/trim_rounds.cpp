@@ -11,8 +11,9 @@ namespace hexopt {
 namespace {
 
 constexpr int kMostRounds = 12, kWallRounds = 6;
-/// After so many rounds a front between levels is taken to move through a layer of cells.
-constexpr int kMovingFront = 2;
+/// After so many rounds a front between levels is taken to move through a layer of cells; after so many
+/// that it will not come to rest, and cells at partial faces are removed.
+constexpr int kMovingFront = 2, kMostAsked = 3;
 /// Cells are kept all over a wall of at least so many cells; a thinner one is worth a try.
 constexpr double kLeastCells = 0.8, kNeededCells = 1.5;
 constexpr double kLeastCovered = 0.7, kClearlyBare = 0.1;
@@ -213,7 +214,7 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
     int last_round = kMostRounds, asked = 0; // rounds in a row in which trimming alone asked for cells
     for (int round = 1;; ++round) {
         options.whole_layers = asked >= kMovingFront;
-        if (round == last_round) options.partial = PartialFaces::remove;
+        if (round == last_round || asked >= kMostAsked) options.partial = PartialFaces::remove;
         std::vector<Index> path;
         rounds.memory.set_keys(refined.leaf_node);
         auto trimmed = trim(refined.octree, domain, options, context, &path, &rounds.memory);

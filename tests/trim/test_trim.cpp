@@ -171,6 +171,29 @@ TEST_CASE("octrees cut along single axes are trimmed, their hanging vertices whe
     }
 }
 
+TEST_CASE("removing partial faces does not spread along fronts between levels") {
+    const Domain domain = domain_of(make_torus_surface(1, 0.45));
+    for (const double offset : {0.0, 0.11, 0.23, 0.37, 0.52}) {
+        INFO("front at " << offset);
+        SurfaceOctree made = octree_round(surface_box(domain.model), 11);
+        Trimmed trimmed;
+        trimmed.octree = made.make(2, [&](const Point& p, double edge, int level) {
+            return domain.model.distance(p) < 1.4 * edge && (level == 0 || p.x + 0.4 * p.y > offset);
+        });
+        TrimOptions options;
+        Context context(1);
+        const auto asked = trim(trimmed.octree, domain, options, context);
+        REQUIRE(asked);
+        REQUIRE_FALSE(asked->refine_cells.empty());
+        options.partial = PartialFaces::remove;
+        auto out = trim(trimmed.octree, domain, options, context);
+        REQUIRE(out);
+        trimmed.out = std::move(*out);
+        check_sound(trimmed);
+        CHECK(trimmed.out.report.partial_removed <= 2 * asked->refine_cells.size());
+    }
+}
+
 TEST_CASE("cells are kept by the depth of their centres, or whole") {
     const Domain domain = domain_of(make_sphere_surface(Point(0), 1, 48));
     TrimOptions options;

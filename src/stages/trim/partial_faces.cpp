@@ -53,6 +53,17 @@ EdgeParts find_parts(const CellGraph& graph, const KeptCells& kept, Middles edge
     return parts;
 }
 
+/// Whether a face of the cell is part of a larger kept cell's.
+bool is_beside_larger(const CellGraph& graph, const KeptCells& kept, Index cell) {
+    for (int f = 0; f < 6; ++f) {
+        const Index behind = graph.neighbour[cell][static_cast<std::size_t>(f)];
+        if (behind == kNoIndex || (behind & CellGraph::kFine) || !kept.is_kept(behind)) continue;
+        const auto& back = graph.neighbour[behind];
+        if (std::find(back.begin(), back.end(), cell) == back.end()) return true;
+    }
+    return false;
+}
+
 } // namespace
 
 PartialSides find_partial_sides(const HexMesh& mesh, const CellGraph& graph, const KeptCells& kept) {
@@ -72,7 +83,8 @@ PartialSides find_partial_sides(const HexMesh& mesh, const CellGraph& graph, con
         if (!parts.partial) return;
         partial.edge_parts.insert(partial.edge_parts.end(), parts.on_surface.begin(), parts.on_surface.end());
         partial.edges.push_back({edge[0].a, edge[0].b});
-        for (const auto& m : edge) partial.edge_middle.push_back(m.vertex);
+        std::vector<Index>& middle = partial.edge_middle.emplace_back();
+        for (const auto& m : edge) middle.push_back(m.vertex);
     });
     return partial;
 }
@@ -110,16 +122,30 @@ std::size_t fill_partial(const CellGraph& graph, const CellSides& sides, KeptCel
     return filled;
 }
 
-std::size_t remove_partial(const CellGraph& graph, KeptCells& kept, const PartialSides& partial) {
+std::size_t remove_partial(const HexMesh& mesh, const CellGraph& graph, KeptCells& kept,
+                           const PartialSides& partial) {
     std::size_t removed = 0;
     const auto remove = [&](Index c) {
         removed += kept.is_kept(c);
         kept.remove(c);
     };
-    for (Index row : partial.face_rows)
-        for (CellFace fine : graph.fine_faces[row]) remove(fine.cell);
-    for (Index v : partial.edge_middle)
-        for (CellCorner at : graph.vertex_cell[v]) remove(at.cell);
+    const auto may_go = [&](Index c) { return kept.is_kept(c) && !is_beside_larger(graph, kept, c); };
+    for (Index row : partial.face_rows) {
+        if (const Index large = graph.coarse_faces[row].cell; may_go(large))
+            remove(large);
+        else
+            for (CellFace fine : graph.fine_faces[row]) remove(fine.cell);
+    }
+    for (std::size_t i = 0; i < partial.edges.size(); ++i) {
+        const auto [a, b] = partial.edges[i];
+        bool all = true;
+        visit_holders(mesh, graph, kept, a, b, [&](Index c) { all = all && may_go(c); });
+        if (all)
+            visit_holders(mesh, graph, kept, a, b, remove);
+        else
+            for (Index v : partial.edge_middle[i])
+                for (CellCorner at : graph.vertex_cell[v]) remove(at.cell);
+    }
     return removed;
 }
 

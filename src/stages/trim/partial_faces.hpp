@@ -8,7 +8,7 @@ namespace hexopt::trimming {
 struct PartialSides {
     std::vector<Index> face_rows;                 ///< rows of CellGraph::coarse_faces
     std::vector<std::array<Index, 2>> edges;      ///< vertices
-    std::vector<Index> edge_middle;               ///< vertices inside those edges
+    std::vector<std::vector<Index>> edge_middle;  ///< vertices inside those edges
     std::vector<std::array<Index, 2>> edge_parts; ///< those parts of them that are on the surface
     bool empty() const { return face_rows.empty() && edges.empty(); }
 };
@@ -24,7 +24,10 @@ std::vector<Index> cells_to_refine(const HexMesh& mesh, const CellGraph& graph, 
 std::size_t fill_partial(const CellGraph& graph, const CellSides& sides, KeptCells& kept,
                          const PartialSides& partial);
 
-/// Removes the small kept cells there; returns how many.
-std::size_t remove_partial(const CellGraph& graph, KeptCells& kept, const PartialSides& partial);
+/// Removes the large kept cells there, or the small ones where a face of a large one is part of a still
+/// larger cell's. (The small ones leave partial faces beside them, and so on all along a front between
+/// levels.) Returns how many.
+std::size_t remove_partial(const HexMesh& mesh, const CellGraph& graph, KeptCells& kept,
+                           const PartialSides& partial);
 
 } // namespace hexopt::trimming

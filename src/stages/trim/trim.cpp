@@ -84,7 +84,7 @@ Status mend_all(const HexMesh& octree, const CellGraph& graph, const CellSides& 
         const trimming::PartialSides partial = trimming::find_partial_sides(octree, graph, kept);
         const std::size_t filled = trimming::fill_partial(graph, sides, kept, partial);
         const std::size_t removed = filled == 0 && options.partial == PartialFaces::remove
-                                        ? trimming::remove_partial(graph, kept, partial)
+                                        ? trimming::remove_partial(octree, graph, kept, partial)
                                         : 0;
         if (filled + removed == 0) return Done{};
         report.partial_filled += filled;

@@ -19,7 +19,7 @@ enum class TrimRule : std::uint8_t {
 /// What happens where a large face or edge would be half on the surface and half inside.
 enum class PartialFaces : std::uint8_t {
     refine, ///< named in TrimOutput::refine_cells
-    remove, ///< the smaller cells there are removed, so that the mesh can be used as it is
+    remove, ///< cells there are removed, so that the mesh can be used as it is
 };
 
 struct TrimOptions {
