@@ -16,7 +16,9 @@
 #include <glm/mat3x3.hpp>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
+#include <span>
 
 using namespace hexopt;
 
@@ -460,6 +462,55 @@ TEST_CASE("fit: a corner stands for those within a cell of it") {
     const fit::SmallFeatures none = fit::find_small_features(*large, std::vector<double>(10, h));
     CHECK(std::count(none.too_small.begin(), none.too_small.end(), 1) == 0);
     for (Index c = 0; c < 10; ++c) CHECK(none.corner[c] == c);
+}
+
+TEST_CASE("fit: a plate of one cell has an edge across each end of its rim") {
+    // A third or a tenth of the cells' size thick: most quads of its rim are nearest to a large side.
+    Context context(1);
+    for (const double thickness : {0.025, 0.008}) {
+        CAPTURE(thickness);
+        const auto domain = build_domain(make_box(Point(1.1, 0.9, thickness)), {}, context);
+        REQUIRE(domain);
+        const double h = 0.075;
+        const double below = 0.5 * (thickness - h) + 0.1 * h;
+        const Point low(-0.02, -0.01, below);
+        HexMesh layer =
+            *make_grid({.cells = {15, 12, 1}, .low = low, .high = low + h * Point(15, 12, 1)}, Parallel(1));
+        const auto fitted = fit_boundary(std::move(layer), *domain, {}, context);
+        REQUIRE(fitted);
+        CHECK(fitted->report.captured_curves == 12);
+        CHECK(fitted->report.captured_corners == 8);
+        check_ridges(fitted->fitted, *domain);
+    }
+}
+
+TEST_CASE("fit: short curves across the ends of plates stay, others become points") {
+    Context context(1);
+    const auto find = [](const Domain& domain, std::span<const Index> as_points) {
+        const std::vector<double> sizes(domain.model.corner_count(), 0.1);
+        return fit::find_small_features(domain, sizes, as_points);
+    };
+    const auto count = [](const std::vector<std::uint8_t>& flags) {
+        return std::count(flags.begin(), flags.end(), 1);
+    };
+    const auto plate = build_domain(make_box(Point(1.1, 0.9, 0.02)), {}, context);
+    REQUIRE(plate);
+    const fit::SmallFeatures ends = find(*plate, {});
+    CHECK(count(ends.one_edge) == 4);
+    CHECK(count(ends.too_small) == 0);
+    for (Index c = 0; c < 8; ++c) CHECK(ends.corner[c] == c);
+    std::vector<Index> all(plate->model.curve_count());
+    std::iota(all.begin(), all.end(), Index{0});
+    const fit::SmallFeatures points = find(*plate, all);
+    CHECK(count(points.one_edge) == 0);
+    CHECK(count(points.too_small) == 4);
+    // A bar has two short curves at each corner, a cut corner three: no single edge is across their ends.
+    const auto bar = build_domain(make_box(Point(1.1, 0.02, 0.02)), {}, context);
+    REQUIRE(bar);
+    CHECK(count(find(*bar, {}).one_edge) == 0);
+    const auto cut = build_domain(make_cut_box(Point(1), 0.02), {}, context);
+    REQUIRE(cut);
+    CHECK(count(find(*cut, {}).one_edge) == 0);
 }
 
 TEST_CASE("fit: the edge of a sharp wedge is captured") {

@@ -67,10 +67,69 @@ std::vector<Candidate> find_candidates(const SurfaceMesh& surface, const VertexT
     return candidates;
 }
 
-std::vector<Index> capture_anchors(const std::vector<Candidate>& candidates, std::size_t anchor_count,
-                                   std::size_t vertex_count) {
+/// Edges for legs that one edge is to follow.
+class EndEdges {
+  public:
+    EndEdges(const SurfaceMesh& surface, const std::vector<Point>& unfitted, const CurveNet& net,
+             const std::vector<Candidate>& candidates)
+        : surface_(surface), unfitted_(unfitted), net_(net), cost_(net.anchors.size()) {
+        std::vector<std::uint8_t> wanted(net.anchors.size(), 0);
+        for (Index l = 0; l < net.legs.size(); ++l)
+            if (net.one_edge[l])
+                for (Index a : net.legs[l].anchor) wanted[a] = 1;
+        for (const Candidate& c : candidates)
+            if (wanted[c.anchor]) cost_[c.anchor].try_emplace(c.vertex, c.cost);
+    }
+
+    /// Gives the legs' anchors the ends of free edges, the cheapest first.
+    void take(std::vector<Index>& taken, std::vector<std::uint8_t>& used) const {
+        std::vector<Choice> choices;
+        for (Index l = 0; l < net_.legs.size(); ++l)
+            if (net_.one_edge[l]) gather(l, choices);
+        std::sort(choices.begin(), choices.end());
+        for (const Choice& c : choices) {
+            const auto [a, b] = net_.legs[c.leg].anchor;
+            if (taken[a] != kNoIndex || taken[b] != kNoIndex || used[c.from] || used[c.to]) continue;
+            taken[a] = c.from, taken[b] = c.to;
+            used[c.from] = used[c.to] = 1;
+        }
+    }
+
+  private:
+    struct Choice {
+        double cost;
+        Index leg, from, to;
+        auto operator<=>(const Choice&) const = default;
+    };
+    /// Least cosine of the angle between a leg and its edge where the mesh was not fitted yet: thin walls'
+    /// sides are too close afterwards.
+    static constexpr double kAlong = 0.6;
+
+    void gather(Index l, std::vector<Choice>& choices) const {
+        const Leg& leg = net_.legs[l];
+        const Point along = glm::normalize(leg.points.back() - leg.points.front());
+        for (const auto& [from, cost] : cost_[leg.anchor[0]])
+            for (Index e : surface_.vertex_edge[from]) {
+                const Index to = surface_.other_end(e, from);
+                const auto other = cost_[leg.anchor[1]].find(to);
+                if (!surface_.edge[e].ridge_allowed || other == cost_[leg.anchor[1]].end()) continue;
+                const Point step = unfitted_[to] - unfitted_[from];
+                if (glm::dot(step, along) > kAlong * glm::length(step))
+                    choices.push_back({cost + other->second, l, from, to});
+            }
+    }
+
+    const SurfaceMesh& surface_;
+    const std::vector<Point>& unfitted_;
+    const CurveNet& net_;
+    std::vector<std::unordered_map<Index, double>> cost_; ///< per anchor of such a leg, of vertices
+};
+
+std::vector<Index> capture_anchors(const std::vector<Candidate>& candidates, const EndEdges& ends,
+                                   std::size_t anchor_count, std::size_t vertex_count) {
     std::vector<Index> taken(anchor_count, kNoIndex);
     std::vector<std::uint8_t> used(vertex_count, 0);
+    ends.take(taken, used);
     for (const Candidate& c : candidates) {
         if (taken[c.anchor] != kNoIndex || used[c.vertex]) continue;
         taken[c.anchor] = c.vertex;
@@ -145,6 +204,8 @@ class Router {
 
     /// Gives an anchor the next best free vertex and routes its legs anew.
     void move_anchor(Index a, std::vector<Index>& queue) {
+        const std::span<const Index> legs = net_.anchor_leg[a];
+        if (std::any_of(legs.begin(), legs.end(), [&](Index leg) { return net_.one_edge[leg] != 0; })) return;
         Index& next = next_candidate_[a];
         while (next < candidates_of_[a].size() && !is_free(candidates_of_[a][next])) ++next;
         if (next == candidates_of_[a].size()) return;
@@ -177,8 +238,9 @@ class Router {
     void reserve_ring(Index a) {
         const Index v = capture_.anchor_vertex[a];
         if (v == kNoIndex) return;
-        const RingChoice choice =
-            rings_.choose(a, v, [&](Index u, Index leg) { return taken_by_other(u, leg) ? kTaken : 0.0; });
+        const RingChoice choice = rings_.choose(a, v, [&](Index u, Index leg) {
+            return taken_by_other(u, leg) || (net_.one_edge[leg] && !anchor_at_[u]) ? kTaken : 0.0;
+        });
         const std::span<const Index> legs = net_.anchor_leg[a];
         for (std::size_t l = 0; l < choice.neighbour.size(); ++l) {
             const Index u = choice.neighbour[l];
@@ -335,15 +397,16 @@ class Router {
 
 } // namespace
 
-Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& placed, const VertexTree& tree,
-                         const Domain& domain, const CurveNet& net, const CaptureOptions& options,
-                         const Context& context) {
+Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& unfitted,
+                         const std::vector<Point>& placed, const VertexTree& tree, const Domain& domain,
+                         const CurveNet& net, const CaptureOptions& options, const Context& context) {
     Capture capture;
     const std::vector<CornerFan> fans = find_corner_fans(domain, net);
     const RingChooser rings(surface, placed, net, fans);
     const std::vector<Candidate> candidates =
         find_candidates(surface, tree, domain, net, rings, options.reach);
-    capture.anchor_vertex = capture_anchors(candidates, net.anchors.size(), placed.size());
+    capture.anchor_vertex = capture_anchors(candidates, EndEdges(surface, unfitted, net, candidates),
+                                            net.anchors.size(), placed.size());
     capture.path.resize(net.legs.size());
     Router(surface, placed, domain, net, rings, candidates, options, capture).run(context);
     return capture;

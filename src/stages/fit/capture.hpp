@@ -33,10 +33,11 @@ struct CaptureOptions {
 
 /// Captures corners, then curves (thesis section 3.5, fig. 3.8): nearest vertices with enough edges, then
 /// shortest paths of edges near the curves, which drop and reroute one another where they are in each other's
-/// way. `placed`: the surface's vertices after fairing; `tree`: of these.
-Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& placed, const VertexTree& tree,
-                         const Domain& domain, const CurveNet& net, const CaptureOptions& options,
-                         const Context& context);
+/// way. Legs that one edge is to follow have its ends as their anchors' vertices. `unfitted`: the surface's
+/// vertices before fairing, `placed`: after it; `tree`: of these.
+Capture capture_features(const SurfaceMesh& surface, const std::vector<Point>& unfitted,
+                         const std::vector<Point>& placed, const VertexTree& tree, const Domain& domain,
+                         const CurveNet& net, const CaptureOptions& options, const Context& context);
 
 /// Follows legs without a path as far as free edges close to the curve go: from their ends, or else from the
 /// middle. Fills capture.pieces.

@@ -76,6 +76,7 @@ CurveNet make_curve_net(const Domain& domain, const SmallFeatures& small) {
         const auto first = static_cast<Index>(net.legs.size());
         if (!small.too_small[c]) add_legs(c, domain, small, net);
         net.curve_legs.push_back({first, static_cast<Index>(net.legs.size())});
+        net.one_edge.resize(net.legs.size(), net.legs.size() == first + 1 && small.one_edge[c]);
     }
     std::vector<std::vector<Index>> at(net.anchors.size());
     for (Index l = 0; l < net.legs.size(); ++l)

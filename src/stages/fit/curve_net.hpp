@@ -31,18 +31,23 @@ struct CurveNet {
     Csr<Index> anchor_leg;                        ///< legs at each anchor that are to be captured, rising
     std::vector<std::array<Index, 2>> curve_legs; ///< per curve: [first, last); none where it is too small
     std::vector<std::uint8_t> too_small;          ///< per curve
+    std::vector<std::uint8_t> one_edge;           ///< per leg: a whole short curve that one edge is to follow
 };
 
 /// What is too small for the cells: curves that become a point, and the corner that stands for each corner.
 struct SmallFeatures {
     std::vector<Index> corner;           ///< per corner: itself, or the one that stands for it
     std::vector<std::uint8_t> too_small; ///< per curve
+    std::vector<std::uint8_t> one_edge;  ///< per curve: short, but across the end of a thin wall or gap
 };
 
 /// Finds corners within a cell of one another that short curves join (below half a cell; the sharpest of them
 /// stands for all), and short curves that end inside a patch (below 0.8 cells from a corner of others, 1.2
-/// cells on their own). cell_size: per corner, model units.
-SmallFeatures find_small_features(const Domain& domain, std::span<const double> cell_size);
+/// cells on their own). Sharp short curves between two corners without another one stay, as the mesh has an
+/// edge across the end of a wall or gap however thin that is; not those of `as_points` (rising). cell_size:
+/// per corner, model units.
+SmallFeatures find_small_features(const Domain& domain, std::span<const double> cell_size,
+                                  std::span<const Index> as_points = {});
 
 CurveNet make_curve_net(const Domain& domain, const SmallFeatures& small);
 

@@ -53,9 +53,24 @@ class Fitter {
             const Index v = tree_->nearest(p);
             cell_size.push_back(v == kNoIndex ? 0 : surface_.size[v]);
         }
-        net_ = make_curve_net(domain_, find_small_features(domain_, cell_size));
-        capture_ = capture_features(surface_, placed_, *tree_, domain_, net_, options_.capture, context_);
+        std::vector<Point> unfitted;
+        for (Index v : surface_.vertex) unfitted.push_back(output_.fitted.mesh.positions[v]);
+        std::vector<Index> as_points;
+        do {
+            net_ = make_curve_net(domain_, find_small_features(domain_, cell_size, as_points));
+            capture_ = capture_features(surface_, unfitted, placed_, *tree_, domain_, net_, options_.capture,
+                                        context_);
+        } while (give_up_ends(as_points));
         capture_pieces(surface_, placed_, *tree_, domain_, net_, capture_, context_);
+    }
+
+    /// Short curves that no single edge follows become points after all; true if there were any.
+    bool give_up_ends(std::vector<Index>& as_points) const {
+        const std::size_t before = as_points.size();
+        for (Index l = 0; l < net_.legs.size(); ++l)
+            if (net_.one_edge[l] && capture_.path[l].size() != 2) as_points.push_back(net_.legs[l].curve);
+        std::sort(as_points.begin(), as_points.end());
+        return as_points.size() > before;
     }
 
     void associate() {

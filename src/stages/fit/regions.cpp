@@ -179,6 +179,7 @@ class RegionFinder {
     }
 
     void label() {
+        find_expected();
         while (!label_regions()) {
         }
     }
@@ -191,6 +192,7 @@ class RegionFinder {
         std::map<Index, std::pair<std::size_t, Index>> winner;
         for (const auto& [key, count] : votes)
             if (auto& best = winner[key[0]]; count > best.first) best = {count, key[1]};
+        for (const auto& [region, patch] : find_enclosed(quads)) winner[region].second = patches.find(patch);
         if (find_leaks(quads, patches, winner)) return false;
         std::vector<Index> only(domain_.model.patch_count(), kNoIndex); // per group: its patch if it has one
         std::vector<std::size_t> members(domain_.model.patch_count(), 0);
@@ -215,11 +217,28 @@ class RegionFinder {
         return true;
     }
 
-    /// In a region of several patches the quads beside a curve belong to those that the curve bounds.
-    void label_beside_ridges(UnionFind& patches) {
+    void find_expected() {
         expected_.assign(surface_.edge.size(), {kNoIndex, kNoIndex});
         for (Index l = 0; l < net_.legs.size(); ++l) expect_beside(capture_.path[l], l);
         for (const Piece& piece : capture_.pieces) expect_beside(piece.path, piece.leg);
+    }
+
+    /// Per region (by its representative) the patch that all edges round it ask for; not those where they
+    /// ask for several or some for none.
+    std::map<Index, Index> find_enclosed(UnionFind& quads) const {
+        std::map<Index, Index> patch;
+        for (Index e = 0; e < surface_.edge.size(); ++e)
+            for (std::size_t side = 0; side < 2 && regions_.edge_curve[e] != kNoIndex; ++side) {
+                const Index p = expected_[e][side];
+                const auto [at, first] = patch.try_emplace(quads.find(surface_.edge[e].quad[side]), p);
+                if (at->second != p) at->second = kNoIndex;
+            }
+        std::erase_if(patch, [](const auto& entry) { return entry.second == kNoIndex; });
+        return patch;
+    }
+
+    /// In a region of several patches the quads beside a curve belong to those that the curve bounds.
+    void label_beside_ridges(UnionFind& patches) {
         for (Index e = 0; e < surface_.edge.size(); ++e) {
             if (regions_.edge_curve[e] == kNoIndex) continue;
             const std::span<const Index> own = domain_.curve_patch[regions_.edge_curve[e]];

@@ -13,6 +13,10 @@ namespace {
 /// In cells: curves below kMerged join their corners into one, which may become kWidest wide; curves that end
 /// inside a patch are left out below kBranch from others, kLoose on their own, kLoop from a corner to itself.
 constexpr double kMerged = 0.5, kWidest = 1, kBranch = 0.8, kLoose = 1.2, kLoop = 2;
+/// Curves that turn the surface by less are no ends of walls and gaps.
+constexpr double kEndAngle_deg = 50;
+/// Cosine of the angle between curves that go on beside one another from such an end.
+constexpr double kBeside = 0.8;
 
 class SmallFeatureFinder {
   public:
@@ -30,8 +34,9 @@ class SmallFeatureFinder {
             degree_[k] = static_cast<int>(domain.corner_curve[k].size());
     }
 
-    SmallFeatures run() {
+    SmallFeatures run(std::span<const Index> as_points) {
         drop_loose_ends();
+        find_ends(as_points);
         join_corners();
         choose_corners();
         return std::move(small_);
@@ -62,6 +67,46 @@ class SmallFeatureFinder {
         }
     }
 
+    bool is_short(Index c) const { return may_go(c) && cells(c) < kMerged; }
+
+    /// Curves across the ends of thin walls and gaps.
+    void find_ends(std::span<const Index> as_points) {
+        small_.one_edge.assign(length_.size(), 0);
+        for (Index c = 0; c < length_.size(); ++c)
+            small_.one_edge[c] =
+                is_short(c) && is_end(c) && !std::binary_search(as_points.begin(), as_points.end(), c);
+    }
+
+    bool is_end(Index c) const {
+        const auto [a, b] = domain_.model.curve_ends(c);
+        const CurveAngle& angle = domain_.angle[c];
+        const double turn = std::min(std::abs(180 - angle.smallest), std::abs(angle.largest - 180));
+        if (a == b || turn < kEndAngle_deg) return false;
+        for (Index corner : {a, b})
+            for (Index other : domain_.corner_curve[corner])
+                if (other != c && is_short(other)) return false;
+        for (Index from_a : domain_.corner_curve[a])
+            for (Index from_b : domain_.corner_curve[b])
+                if (from_a != c && from_b != c && go_beside(from_a, a, from_b, b)) return true;
+        return false;
+    }
+
+    bool go_beside(Index c, Index from, Index d, Index from_d) const {
+        return glm::dot(leaving(c, from), leaving(d, from_d)) > kBeside;
+    }
+
+    /// Direction in which a curve leaves a corner, over one cell.
+    Point leaving(Index c, Index corner) const {
+        const auto points = domain_.model.curve_points(c);
+        const bool forward = domain_.model.curve_ends(c)[0] == corner;
+        const Point from = domain_.model.corner_point(corner);
+        Point to = from;
+        for (std::size_t i = 1; i < points.size() && glm::distance(from, to) < cell_size_[corner]; ++i)
+            to = points[forward ? i : points.size() - 1 - i];
+        const double length = glm::distance(from, to);
+        return length > 0 ? (to - from) / length : Point(0);
+    }
+
     void join_corners() {
         std::vector<Index> order(length_.size());
         std::iota(order.begin(), order.end(), Index{0});
@@ -70,7 +115,7 @@ class SmallFeatureFinder {
         std::vector<std::vector<Index>> members(cell_size_.size());
         for (Index k = 0; k < members.size(); ++k) members[k] = {k};
         for (Index c : order) {
-            if (!may_go(c) || cells(c) >= kMerged) continue;
+            if (!is_short(c) || small_.one_edge[c]) continue;
             Index a = sets_.find(domain_.model.curve_ends(c)[0]);
             Index b = sets_.find(domain_.model.curve_ends(c)[1]);
             if (a == b || !are_close(members[a], members[b])) continue;
@@ -131,8 +176,9 @@ class SmallFeatureFinder {
 
 } // namespace
 
-SmallFeatures find_small_features(const Domain& domain, std::span<const double> cell_size) {
-    return SmallFeatureFinder(domain, cell_size).run();
+SmallFeatures find_small_features(const Domain& domain, std::span<const double> cell_size,
+                                  std::span<const Index> as_points) {
+    return SmallFeatureFinder(domain, cell_size).run(as_points);
 }
 
 } // namespace hexopt::fit
