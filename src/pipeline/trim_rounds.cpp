@@ -190,7 +190,17 @@ class CoverSteps {
         const bool begin =
             with_walls_ && (step_ == Step::narrow || step_ == Step::needed) && is_worth_walls(report);
         step_ = begin ? Step::walls : Step::end;
+        bare_before_layers_ = report.bare_area;
         return begin;
+    }
+
+    /// Where nothing more can be halved for layers: whether they are to be given up, since they leave most of
+    /// what was bare as it was. Ragged patches of layers bring more edges than surface.
+    bool give_up_layers(const TrimReport& report) {
+        constexpr double kMostLeft = 0.8;
+        if (step_ != Step::walls || report.bare_area <= kMostLeft * bare_before_layers_) return false;
+        step_ = Step::end;
+        return true;
     }
 
   private:
@@ -200,6 +210,7 @@ class CoverSteps {
     NarrowPlaces narrow_, needed_, walls_;
     bool with_walls_;
     Step step_ = Step::narrow;
+    double bare_before_layers_ = 0;
 };
 
 } // namespace
@@ -231,6 +242,10 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
             const bool chosen = refine_more(refined, steps.choose(*trimmed), context);
             asked = chosen ? 0 : asked + 1;
             if (chosen) continue;
+            if (steps.give_up_layers(trimmed->report)) {
+                options.thinnest_wall_h = 0;
+                continue;
+            }
             if (steps.begin_layers(trimmed->report)) {
                 options.thinnest_wall_h = thinnest_wall_h;
                 last_round = std::max(last_round, round + kWallRounds);

@@ -87,6 +87,21 @@ TEST_CASE(
     CHECK(too_thin.report.bare_area > 0.3 * too_thin.report.surface_area);
 }
 
+TEST_CASE("layers that leave most of what was bare as it was are given up") {
+    const auto block_and_wedge = [](double thickness) { // 0.02 thick at its other end
+        TriangleSoup soup = block_and_plate(thickness);
+        for (Point& p : soup.vertices)
+            if (p.x > 7.4 && p.z < 1) p.x = 7.32;
+        return test::make_domain(soup);
+    };
+    const TrimReport half = trim_all(block_and_wedge(0.6), cells_of(1, 0), 0, 0.25).report,
+                     end = trim_all(block_and_wedge(0.28), cells_of(1, 0), 0, 0.25).report;
+    CHECK(half.wall_cells > 50);
+    CHECK(end.wall_cells == 0);
+    CHECK(end.bare_area > 0.9 * 2 * 144);
+    CHECK(end.closed_manifold());
+}
+
 TEST_CASE("narrow parts get cells beyond the levels of gaps, as far as that does not take many") {
     const auto block_and_tab = [](double side, double thickness) {
         TriangleSoup soup;
