@@ -6,6 +6,7 @@
 #include "stages/fit/capture.hpp"
 #include "stages/fit/curve_net.hpp"
 #include "stages/fit/curve_sides.hpp"
+#include "stages/fit/fairing.hpp"
 #include "stages/fit/fit.hpp"
 #include "stages/fit/regions.hpp"
 #include "stages/fit/surface_mesh.hpp"
@@ -17,6 +18,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <random>
 #include <set>
 #include <span>
 
@@ -131,6 +133,53 @@ glm::dmat3 rotation(double a, double b) {
 TriangleSoup turned(TriangleSoup soup, const glm::dmat3& turn) {
     for (Point& p : soup.vertices) p = turn * p;
     return soup;
+}
+
+/// A regular icosahedron of radius 1, whose edges all are features.
+TriangleSoup make_icosahedron() {
+    const double g = 0.5 * (1 + std::sqrt(5.0)), r = 1 / std::sqrt(1 + g * g);
+    TriangleSoup soup;
+    for (double x : {-1.0, 1.0})
+        for (double y : {-g, g})
+            for (int axis = 0; axis < 3; ++axis) {
+                Point p(0);
+                p[(axis + 1) % 3] = r * x;
+                p[(axis + 2) % 3] = r * y;
+                soup.vertices.push_back(p);
+            }
+    const auto are_joined = [&](Index i, Index j) {
+        return glm::distance(soup.vertices[i], soup.vertices[j]) < 2.1 * r;
+    };
+    for (Index i = 0; i < 12; ++i)
+        for (Index j = i + 1; j < 12; ++j)
+            for (Index k = j + 1; k < 12; ++k) {
+                if (!are_joined(i, j) || !are_joined(j, k) || !are_joined(i, k)) continue;
+                const Point &a = soup.vertices[i], &b = soup.vertices[j], &c = soup.vertices[k];
+                const bool outwards = glm::dot(glm::cross(b - a, c - a), a) > 0;
+                soup.triangles.push_back({i, outwards ? j : k, outwards ? k : j});
+            }
+    return soup;
+}
+
+/// Each triangle cut into four, its vertices at random distances from 1 - amount to 1 + amount.
+TriangleSoup roughen(const TriangleSoup& soup, double amount, unsigned seed) {
+    TriangleSoup fine;
+    std::map<std::pair<Index, Index>, Index> middle;
+    fine.vertices = soup.vertices;
+    const auto middle_of = [&](Index a, Index b) {
+        const auto [at, fresh] = middle.try_emplace(std::minmax(a, b), Index(fine.vertices.size()));
+        if (fresh) fine.vertices.push_back(0.5 * (soup.vertices[a] + soup.vertices[b]));
+        return at->second;
+    };
+    for (const auto& [a, b, c] : soup.triangles) {
+        const Index ab = middle_of(a, b), bc = middle_of(b, c), ca = middle_of(c, a);
+        for (const auto& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+            fine.triangles.push_back(t);
+    }
+    std::mt19937 random(seed);
+    for (Point& p : fine.vertices)
+        p = glm::normalize(p) * std::uniform_real_distribution(1 - amount, 1 + amount)(random);
+    return fine;
 }
 
 } // namespace
@@ -418,6 +467,50 @@ TEST_CASE("fit: quads that a path went round belong to the patch on their side o
         if (is_gone_round) CHECK(regions.quad_patch[q] == top);
         if (centre.y == 0 && centre.z < 0.8) CHECK(regions.quad_patch[q] == front);
     }
+}
+
+TEST_CASE("fit: no path goes round an anchor or another path") {
+    // A ball of coarse triangles, some of whose edges are sharp enough to be features, most of them loose.
+    Context context(1);
+    std::size_t paths = 0, legs = 0;
+    for (unsigned k = 0; k < 40; ++k) {
+        const TriangleSoup soup =
+            turned(roughen(make_icosahedron(), 0.1, k), rotation(0.3 + 0.4 * k, 0.2 + 0.3 * k));
+        BoundaryOptions sharp;
+        sharp.feature_angle_deg = 28;
+        const auto domain = build_domain(soup, sharp, context);
+        REQUIRE(domain);
+        const auto inside = [&](const Point& x) { return glm::length(x) < 0.9; };
+        for (const auto& [n, h] : {std::pair(20, 0.15), std::pair(15, 0.2), std::pair(12, 0.25)}) {
+            const HexMesh mesh = make_staircase_of(inside, glm::dmat3(1), n, h);
+            const Topology topology = compute_topology(mesh);
+            const fit::SurfaceMesh surface = fit::extract_surface(mesh, topology);
+            const std::vector<Point> placed = fit::fair_and_project(mesh, surface, *domain, {}, context);
+            const fit::CurveNet net = fit::make_curve_net(
+                *domain,
+                fit::find_small_features(*domain, std::vector<double>(domain->model.corner_count(), h)));
+            std::vector<Point> unfitted;
+            for (Index v : surface.vertex) unfitted.push_back(mesh.positions[v]);
+            const fit::Capture capture = fit::capture_features(
+                surface, unfitted, placed, fit::VertexTree(surface, placed, {}), *domain, net, {}, context);
+            legs += net.legs.size();
+            for (Index l = 0; l < net.legs.size(); ++l) {
+                const std::vector<Index>& path = capture.path[l];
+                if (path.empty()) continue;
+                ++paths;
+                double length = 0;
+                for (std::size_t i = 1; i < path.size(); ++i)
+                    length += glm::distance(placed[path[i - 1]], placed[path[i]]);
+                CAPTURE(k, n, l, path.size());
+                CHECK(length < 2 * std::max(net.legs[l].length(),
+                                            glm::distance(placed[path.front()], placed[path.back()])) +
+                                   1.5 * h);
+            }
+        }
+    }
+    CAPTURE(paths, legs);
+    CHECK(legs > 100);
+    CHECK(paths > 0.8 * static_cast<double>(legs));
 }
 
 TEST_CASE("fit: curves without vertices at their ends are followed in between") {

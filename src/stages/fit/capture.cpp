@@ -187,6 +187,12 @@ class Router {
     /// After so many times a path was dropped, an anchor of it takes another vertex.
     static constexpr int kDropsBeforeMove = 3;
     static constexpr int kMaxDrops = 15;
+    /// What it costs in edge lengths to leave an anchor by another edge than the one reserved: less than to
+    /// go round the anchor for that one.
+    static constexpr double kOtherStep = 1;
+    /// A path this much longer than its leg goes round something: the quads between the two have no area once
+    /// it is placed on the leg.
+    static constexpr double kDetour = 2;
     /// What an edge costs that is another leg's already, in squared radians.
     static constexpr double kTaken = 20;
 
@@ -315,13 +321,16 @@ class Router {
             for (Index e : surface_.vertex_edge[v]) {
                 if (!surface_.edge[e].ridge_allowed) continue;
                 const Index u = surface_.other_end(e, v);
-                if (!through && v == source && first != kNoIndex && u != first) continue;
-                if (!through && u == target_ && last != kNoIndex && v != last) continue;
+                double other_step = 0;
+                if (!through && v == source && first != kNoIndex && u != first)
+                    other_step += kOtherStep * surface_.size[source];
+                if (!through && u == target_ && last != kNoIndex && v != last)
+                    other_step += kOtherStep * surface_.size[target_];
                 const double pass = passage(leg, u, through);
                 if (pass == kInfinity) continue;
                 const double weight = edge_weight(leg, reach, v, u);
                 if (weight == kInfinity) continue;
-                const double total = cost + weight + pass + fold_penalty(before, v, u);
+                const double total = cost + weight + pass + other_step + fold_penalty(before, v, u);
                 const auto found = best.find(u);
                 if (found != best.end() && found->second.first <= total) continue;
                 best[u] = {total, v};
@@ -346,16 +355,38 @@ class Router {
         capture_.path[leg].clear();
     }
 
+    bool is_detour(Index leg, const std::vector<Index>& path) const {
+        if (path.empty()) return false;
+        double length = 0;
+        for (std::size_t i = 1; i < path.size(); ++i)
+            length += glm::distance(placed_[path[i - 1]], placed_[path[i]]);
+        const double direct = glm::distance(placed_[path.front()], placed_[path.back()]);
+        const double size = 0.5 * (surface_.size[path.front()] + surface_.size[path.back()]);
+        return length > kDetour * std::max(direct, net_.legs[leg].length()) + size;
+    }
+
+    /// Gives back the edges that were reserved for a leg whose path took others.
+    void free_unused_steps(Index leg, const std::vector<Index>& path) {
+        for (int end : {0, 1}) {
+            Index& step = first_step_[leg][end];
+            if (step == kNoIndex || step == (end == 0 ? path[1] : path[path.size() - 2])) continue;
+            if (reserved_[step] == leg) reserved_[step] = kNoIndex;
+            step = kNoIndex;
+        }
+    }
+
     bool route(Index leg, bool through) {
         std::vector<Index> path = search(leg, through);
-        if (path.empty()) return false;
+        if (path.empty() || is_detour(leg, path)) return false;
+        free_unused_steps(leg, path);
         occupy(leg, std::move(path));
         return true;
     }
 
     /// Routes a leg through others and reservations; returns the legs that lost their paths.
     std::vector<Index> route_through(Index leg) {
-        const std::vector<Index> path = search(leg, true);
+        std::vector<Index> path = search(leg, true);
+        if (is_detour(leg, path)) path.clear();
         std::vector<Index> hit;
         for (std::size_t i = 1; i + 1 < path.size(); ++i) {
             const Index v = path[i];
