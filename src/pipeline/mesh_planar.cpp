@@ -241,8 +241,8 @@ class PlanarRun {
         if (report.regions.dropped_loops > 0)
             notes.push_back(fmt::format("{} loops that bound nothing to mesh were left out.",
                                         report.regions.dropped_loops));
-        if (outcome_.refine.budget_hit())
-            notes.emplace_back("The budget of cells was used up: some criteria of refinement were given up.");
+        if (std::string budget = outcome_.refine.describe_budget(); !budget.empty())
+            notes.push_back(std::move(budget));
         if (outcome_.trim.part_cells_dropped > 0)
             notes.push_back(
                 fmt::format("{} cells in parts that only gaps narrower than a cell lead to were left "

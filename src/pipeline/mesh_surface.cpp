@@ -75,8 +75,8 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
     if (outcome.orientation.sheet_triangles > 0)
         notes.push_back(fmt::format("{} triangles with the inside on both sides were left out.",
                                     outcome.orientation.sheet_triangles));
-    if (outcome.refine.budget_hit())
-        notes.emplace_back("The budget of cells was used up: some criteria of refinement were given up.");
+    if (std::string budget = outcome.refine.describe_budget(); !budget.empty())
+        notes.push_back(std::move(budget));
     if (std::string bare = describe_bare_surface(outcome.trim); !bare.empty())
         notes.push_back(std::move(bare));
     if (std::string far = describe_far_surface(outcome.deviation); !far.empty())

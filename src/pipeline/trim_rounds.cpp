@@ -267,12 +267,14 @@ Status check_coverage(const TrimOutput& trimmed) {
     if (bare <= (1 - kLeastCovered) * area && !volume_lost && !all_lost) return Done{};
     const Point p = report.first_bare;
     const double thickness = thickness_of(trimmed.bare_spots), size = thickness / kNeededCells;
+    const double cells = kCellsPerSquare * area / (size * size),
+                 unit = std::pow(10, std::floor(std::log10(std::max(cells, 1.0))) - 1); // two digits
     return make_error(
         ErrorCode::no_valid_mesh, "trim", fmt::format("near ({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z),
         fmt::format("{:.0f} % of the surface has no cells {}: the model is {:.3g} thick there, the "
-                    "cells are {:.3g}; try --size {:.2g}, or --cells {:.2g}",
+                    "cells are {:.3g}; try --size {:.2g}, or --cells {:.0f}",
                     100 * bare / area, all_lost ? "in it" : "near it", thickness,
-                    trimmed.bare_spots.front().cell_size, size, kCellsPerSquare * area / (size * size)));
+                    trimmed.bare_spots.front().cell_size, size, std::ceil(cells / unit) * unit));
 }
 
 std::string describe_bare_surface(const TrimReport& report) {

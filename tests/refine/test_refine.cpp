@@ -519,6 +519,8 @@ TEST_CASE("a region may have a size along each axis") {
     const RefineOutput less = run(domain, options);
     REQUIRE(less.octree.cell_count() <= options.max_cells);
     REQUIRE(less.stats.budget_hit());
+    CHECK(less.stats.describe_budget().find(" for region") != std::string::npos);
+    CHECK(out.stats.describe_budget().empty());
 }
 
 TEST_CASE("without a size the number of cells inside is about the wanted one") {
@@ -729,6 +731,7 @@ TEST_CASE("options out of range are refused") {
     refused([](RefineOptions& o) { o.patches = {{"x0", {}}}; });
     refused([](RefineOptions& o) { o.curves = {{"x0", "", {}}}; });
     refused([](RefineOptions& o) { o.curves = {{"x0", "y9", {0.1, -1}}}; });
+    refused([](RefineOptions& o) { o.curves = {{"x0", "x1", {0.1, -1}}}; }); // opposite sides
     refused([](RefineOptions& o) { o.regions.resize(1); });
     const auto refused_region = [&](auto change) {
         refused([&](RefineOptions& o) {

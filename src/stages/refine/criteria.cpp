@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
@@ -49,6 +50,13 @@ double spread_deg(const std::vector<Point>& normals) {
 Error unknown_patch(const std::string& name) {
     return make_error(ErrorCode::usage, "refine", "patch '" + name + "'",
                       "the surface has no patch of this name");
+}
+
+Error no_common_feature(const CurveTarget& entry) {
+    const auto text = [](const std::string& name) { return name.empty() ? "*" : name; };
+    return make_error(ErrorCode::usage, "refine",
+                      fmt::format("curve '{} {}'", text(entry.patch), text(entry.other_patch)),
+                      "no feature of the surface lies between these patches");
 }
 
 bool is_called(const Domain& domain, Index patch, const std::string& name) {
@@ -132,9 +140,14 @@ Status SurfaceCriteria::set_size(const RefineOptions& options, const TargetSize&
     for (const CurveTarget& entry : options.curves) {
         for (const std::string& name : {entry.patch, entry.other_patch})
             if (!name.empty() && patches_of_name(*domain_, name).empty()) return unknown_patch(name);
-        for (Index curve = 0; curve < curve_goal_.size(); ++curve)
-            if (has_patch(*domain_, curve, entry.patch) && has_patch(*domain_, curve, entry.other_patch))
-                curve_goal_[curve].push_back(goal_of(entry.target));
+        bool any = entry.patch.empty() && entry.other_patch.empty();
+        for (Index curve = 0; curve < curve_goal_.size(); ++curve) {
+            if (!has_patch(*domain_, curve, entry.patch) || !has_patch(*domain_, curve, entry.other_patch))
+                continue;
+            any = true;
+            curve_goal_[curve].push_back(goal_of(entry.target));
+        }
+        if (!any) return no_common_feature(entry);
     }
     return Done{};
 }

@@ -35,6 +35,21 @@ bool RefineStats::budget_hit() const {
            std::any_of(over_budget.begin(), over_budget.end(), [](std::size_t n) { return n > 0; });
 }
 
+std::string RefineStats::describe_budget() const {
+    if (!budget_hit()) return {};
+    std::string unsplit;
+    const auto add = [&](std::size_t cells, const std::string& what) {
+        if (cells > 0) unsplit += fmt::format("{}{} for {}", unsplit.empty() ? "" : ", ", cells, what);
+    };
+    for (std::size_t c = 0; c < kCriterionCount; ++c) {
+        std::string name = name_of(static_cast<RefineCriterion>(c));
+        std::replace(name.begin(), name.end(), '_', ' ');
+        add(over_budget[c], name);
+    }
+    add(repairs_over_budget, "repairs");
+    return "The budget of cells was used up: cells were left as large as they are, " + unsplit + '.';
+}
+
 namespace {
 
 Error usage(const std::string& option, const std::string& reason) {

@@ -145,6 +145,8 @@ struct RefineStats {
     double base_size = 0;                ///< longest edge of the initial mesh, model units
 
     bool budget_hit() const;
+    /// One sentence with the criteria that were given up and for how many cells; empty where none was.
+    std::string describe_budget() const;
 };
 
 struct RefineOutput {
