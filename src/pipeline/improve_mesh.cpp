@@ -3,6 +3,7 @@
 #include "mesh/hanging.hpp"
 #include "mesh/recognise_hanging.hpp"
 #include "mesh/validate_structure.hpp"
+#include "pipeline/optimize_canonically.hpp"
 
 #include <fmt/core.h>
 
@@ -137,7 +138,10 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
     auto stats = clock.run("optimize", [&] {
         const BoundaryModel* model = surface->has_value() ? &**surface : nullptr;
         const auto target = place->target();
-        return optimize(mesh, topology, model, options.optimize, context, target ? &*target : nullptr);
+        const DeviceTarget* device = target ? &*target : nullptr;
+        if (model && takes_canonical_form(options))
+            return optimize_canonically(mesh, topology, *model, options, context, device);
+        return optimize(mesh, topology, model, options.optimize, context, device);
     });
     const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
     if (!stats && !cancelled) return restore(stats.error());

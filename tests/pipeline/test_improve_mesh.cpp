@@ -1,8 +1,13 @@
 #include "pipeline/improve_mesh.hpp"
+
+#include "core/random.hpp"
+#include "mesh/remap.hpp"
 #include "pipeline/tangled_mesh.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 using namespace hexopt;
 using hexopt::test::tangled_mesh;
@@ -105,6 +110,88 @@ TEST_CASE("the number of threads changes no bit") {
     REQUIRE(improve(one, BoundaryMode::slide, 1));
     REQUIRE(improve(two, BoundaryMode::slide, 2));
     CHECK(one.positions == two.positions);
+}
+
+namespace {
+
+struct Changed {
+    HexMesh mesh;
+    TriangleSoup surface;
+};
+
+/// Turned, moved and scaled; vertices and cells in the opposite order.
+Changed change(const HexMesh& mesh, const TriangleSoup& surface, std::uint64_t seed) {
+    Random random(seed);
+    const glm::dquat turn = glm::normalize(glm::dquat(random.uniform(-1, 1), random.uniform(-1, 1),
+                                                      random.uniform(-1, 1), random.uniform(-1, 1)));
+    const Point shift(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
+    const double factor = seed % 2 ? 1e6 : 1e-6;
+    Remap remap = identity_remap(mesh);
+    std::reverse(remap.vertex_old2new.begin(), remap.vertex_old2new.end());
+    std::reverse(remap.cell_old2new.begin(), remap.cell_old2new.end());
+    Changed changed{apply_remap(mesh, remap), surface};
+    for (auto* points : {&changed.mesh.positions, &changed.surface.vertices})
+        for (Point& p : *points) p = factor * (turn * p + shift);
+    return changed;
+}
+
+} // namespace
+
+TEST_CASE("a sliding boundary ends the same wherever the mesh lies, in any unit and numbering") {
+    const auto [name, given, deviation] =
+        GENERATE(std::tuple{"grid-warped", false, 0.0}, std::tuple{"grid-warped", true, 0.01},
+                 std::tuple{"octree-ball", false, 0.0});
+    CAPTURE(name, given, deviation);
+    const HexMesh mesh = tangled_mesh(name, 0.3, 3);
+    const TriangleSoup surface = boundary_soup(mesh, compute_topology(mesh));
+    const auto run = [&](HexMesh& improved, const TriangleSoup& soup) {
+        ImproveOptions options;
+        options.optimize.max_deviation_rel = deviation;
+        if (given) options.surface = &soup;
+        StageClock clock;
+        Context context(2);
+        const auto outcome = improve_mesh(improved, options, clock, context);
+        REQUIRE(outcome);
+        CHECK(outcome->stats->min_sj_after ==
+              Approx(outcome->after.validity.min_scaled_jacobian).margin(1e-9));
+        return outcome->after;
+    };
+    HexMesh as_it_is = mesh;
+    const QualityReport reference = run(as_it_is, surface);
+    REQUIRE(reference.validity.is_valid());
+    for (const std::uint64_t seed : {1, 2}) {
+        Changed changed = change(mesh, surface, seed);
+        const QualityReport after = run(changed.mesh, changed.surface);
+        CHECK(after.validity.concave_cells == reference.validity.concave_cells);
+        CHECK(after.validity.min_scaled_jacobian ==
+              Approx(reference.validity.min_scaled_jacobian).margin(1e-5).epsilon(0));
+        CHECK(after.scaled_jacobian.mean == Approx(reference.scaled_jacobian.mean).margin(1e-5).epsilon(0));
+    }
+}
+
+TEST_CASE("what does not move keeps its bits, and a mesh that cannot be bettered all of them") {
+    const HexMesh input = tangled_mesh("grid-warped", 0.2, 5);
+    HexMesh mesh = input;
+    REQUIRE(improve(mesh, BoundaryMode::slide));
+    const Topology topology = compute_topology(input);
+    Context context(1);
+    const auto model = build_boundary_model(input, topology, {}, context);
+    REQUIRE(model);
+    std::size_t corners = 0;
+    for (Index v = 0; v < input.vertex_count(); ++v)
+        if (model->associations()[v].kind == EntityKind::corner) {
+            REQUIRE(mesh.positions[v] == input.positions[v]);
+            ++corners;
+        }
+    CHECK(corners > 0);
+
+    HexMesh perfect = tangled_mesh("grid", 0, 5);
+    for (Point& p : perfect.positions) p = 0.3 * p + Point(0.1, 0.7, 1.3); // not on the grid of any pose
+    const std::vector<Point> before = perfect.positions;
+    const auto outcome = improve(perfect, BoundaryMode::slide);
+    REQUIRE(outcome);
+    CHECK(outcome->stats->min_sj_after >= outcome->stats->min_sj_before);
+    for (Index v = 0; v < before.size(); ++v) REQUIRE(glm::distance(perfect.positions[v], before[v]) < 1e-6);
 }
 
 TEST_CASE("a mesh without cells is refused") {

@@ -18,28 +18,6 @@ namespace hexopt {
 
 namespace {
 
-/// Says which of the cells that are still bad nobody could have mended, given what may move.
-void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-                       const OptimizeOptions& options, const Parallel& parallel, OptimizeStats& stats) {
-    const bool sliding = options.boundary == BoundaryMode::slide;
-    if (sliding && options.max_deviation_rel > 0) return; // every vertex may move
-    std::vector<std::uint8_t> movable(mesh.vertex_count());
-    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-        movable[v] =
-            sliding ? surface->associations()[v].kind != EntityKind::corner : !topology.on_boundary[v];
-    const std::vector<Index> bad = find_bad_cells(mesh, mesh.positions, parallel);
-    Infeasibility all = prove_infeasible(mesh, topology, movable, bad, kAllTets);
-    stats.min_bad8 = prove_infeasible(mesh, topology, movable, bad, kCornerTets).bound();
-    stats.min_bad32 = all.bound();
-    stats.infeasible_cells = std::move(all.cells);
-    stats.infeasible_groups = std::move(all.groups);
-    if (stats.min_bad32 == 0) return;
-    stats.notes.push_back(fmt::format(
-        "proved: wherever the vertices that {} go, at least {} cell{} stay{} concave ({} at a corner)",
-        sliding ? "are no corners of the surface" : "are not on the boundary", stats.min_bad32,
-        stats.min_bad32 == 1 ? "" : "s", stats.min_bad32 == 1 ? "s" : "", stats.min_bad8));
-}
-
 /// Options that exclude one another: each is refused rather than ignored.
 Status check_combination(const OptimizeOptions& o) {
     const auto usage = [](const char* reason) {
@@ -106,6 +84,27 @@ Status check(const HexMesh& mesh, const Topology& topology, const BoundaryModel*
 
 } // namespace
 
+void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+                       const OptimizeOptions& options, const Parallel& parallel, OptimizeStats& stats) {
+    const bool sliding = options.boundary == BoundaryMode::slide;
+    if (sliding && options.max_deviation_rel > 0) return; // every vertex may move
+    std::vector<std::uint8_t> movable(mesh.vertex_count());
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+        movable[v] =
+            sliding ? surface->associations()[v].kind != EntityKind::corner : !topology.on_boundary[v];
+    const std::vector<Index> bad = find_bad_cells(mesh, mesh.positions, parallel);
+    Infeasibility all = prove_infeasible(mesh, topology, movable, bad, kAllTets);
+    stats.min_bad8 = prove_infeasible(mesh, topology, movable, bad, kCornerTets).bound();
+    stats.min_bad32 = all.bound();
+    stats.infeasible_cells = std::move(all.cells);
+    stats.infeasible_groups = std::move(all.groups);
+    if (stats.min_bad32 == 0) return;
+    stats.notes.push_back(fmt::format(
+        "proved: wherever the vertices that {} go, at least {} cell{} stay{} concave ({} at a corner)",
+        sliding ? "are no corners of the surface" : "are not on the boundary", stats.min_bad32,
+        stats.min_bad32 == 1 ? "" : "s", stats.min_bad32 == 1 ? "s" : "", stats.min_bad8));
+}
+
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
                                const OptimizeOptions& options, Context& context, const DeviceTarget* device) {
     if (device && options.method == OptimizeMethod::thesis)
@@ -161,7 +160,7 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
     stats.bad32_after = best.bad32;
     stats.min_sj_after = best.min_sj;
     stats.restored_input = !improved;
-    if (best.bad32 > 0 && !budget.exhausted() && !options.fresh_boundary)
+    if (best.bad32 > 0 && !budget.exhausted() && !options.fresh_boundary && options.explain_bad_cells)
         explain_bad_cells(mesh, topology, surface, options, context.parallel(), stats);
     stats.seconds = budget.seconds();
     if (context.is_cancelled())

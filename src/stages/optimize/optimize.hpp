@@ -67,6 +67,7 @@ struct OptimizeOptions {
     /// Per cell: 1 where an earlier run with a fresh boundary and the same options ended as the input is, all
     /// round: only what is bad moves there. Empty: nowhere. Effort::quick only; must outlive the run.
     std::span<const std::uint8_t> finished_cells;
+    bool explain_bad_cells = true; ///< prove which of those left nobody could have mended
     bool max_min = true; ///< final stage that raises the worst cells; robust method only
     /// 1..4: with slide and at most 40,000 cells, from how many states and in how many orders the worst cells
     /// are raised, one after another; the best is kept. On a device at most 2 differ.
@@ -106,5 +107,9 @@ struct OptimizeStats {
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
                                const OptimizeOptions& options, Context& context,
                                const DeviceTarget* device = nullptr);
+
+/// Sets in stats what is proved of cells that are still bad, given what may move, and adds a note.
+void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
+                       const OptimizeOptions& options, const Parallel& parallel, OptimizeStats& stats);
 
 } // namespace hexopt

@@ -143,23 +143,27 @@ class RobustRun {
     }
 
     /// Every attempt that violates the limits of the boundary leaves them narrower, for good; in the end no
-    /// vertex round the worst cells can move. So the best state gets those of the start again, as long as
-    /// that helps.
+    /// vertex round the worst cells can move. So the best state gets those of the start again, and the worst
+    /// cells are raised together, then place by place in turn, as long as one of the two helps.
     void go_on(const FirstLimits& first) {
         if (!options_.max_min) return;
-        order_ = RaiseOrder::worst;
         if (options_.max_deviation_rel > 0) let_corners_move();
         const auto least = [&] { return measure_mesh(mesh_, positions_, budget_.parallel()).min_sj; };
         work_left_ = raise_work();
-        double before = -2;
-        for (double now = least(); now > before + kWorthRenewing && work_left_ > 0 && !budget_.exhausted();
-             now = least()) {
-            before = now;
+        order_ = RaiseOrder::worst;
+        double now = least();
+        const int orders = engine_.takes_parts() ? 2 : 1;
+        for (int in_vain = 0; in_vain < orders && work_left_ > 0 && !budget_.exhausted();) {
+            const double before = now;
             limits_.reach = first.reach;
             limits_.band_share = first.band_share;
             for (float& band : limits_.band)
                 if (band > 0) band = static_cast<float>(band_);
             raise_worst();
+            now = least();
+            in_vain = now > before + kWorthRenewing ? 0 : in_vain + 1;
+            if (orders > 1)
+                order_ = order_ == RaiseOrder::worst ? RaiseOrder::parts_first : RaiseOrder::worst;
         }
     }
 
