@@ -22,7 +22,8 @@ constexpr double kSlidingDeviationRel = 0.005;
 /// The guard samples: what it allows is a little less than what the user does.
 constexpr double kGuardMargin = 0.9;
 /// Of what the user allows: up to here samples are believed, beyond it the deviation is measured.
-constexpr double kSurelyWithin = 0.95;
+/// 0.95 let one through that was 1.03 between the samples.
+constexpr double kSurelyWithin = 0.8;
 /// How much more than at the start the boundary may deviate from a surface that is not its own.
 constexpr double kStartMargin = 1.1;
 /// Share of the deviation that a vertex itself may leave the surface by; the rest is for the quads between.
@@ -50,6 +51,8 @@ constexpr double kSlidingWorkAtLeast = 6e6;
 constexpr std::size_t kMoreStartsUpTo = 40000;
 /// The best state goes on with its limits renewed while that lifts the minimum by more than this.
 constexpr double kWorthRenewing = 0.01;
+/// With limits so much narrower where it left the deviation that the user admits.
+constexpr float kNarrowerAgain = 0.9f;
 
 class RobustRun {
   public:
@@ -153,13 +156,19 @@ class RobustRun {
         order_ = RaiseOrder::worst;
         double now = least();
         const int orders = engine_.takes_parts() ? 2 : 1;
+        float share = 1; // of the limits
         for (int in_vain = 0; in_vain < orders && work_left_ > 0 && !budget_.exhausted();) {
             const double before = now;
             limits_.reach = first.reach;
             limits_.band_share = first.band_share;
+            for (float& reach : limits_.reach) reach *= share;
             for (float& band : limits_.band)
-                if (band > 0) band = static_cast<float>(band_);
+                if (band > 0) band = share * static_cast<float>(band_);
             raise_worst();
+            if (!is_within_deviation()) {
+                positions_ = mesh_.positions; // the best that is
+                share *= kNarrowerAgain;
+            }
             now = least();
             in_vain = now > before + kWorthRenewing ? 0 : in_vain + 1;
             if (orders > 1)
