@@ -11,8 +11,8 @@ namespace hexopt {
 namespace {
 
 constexpr int kMostRounds = 12, kWallRounds = 6;
-/// After so many rounds a front between levels is taken to move through a layer of cells; after so many
-/// that it will not come to rest, and cells at partial faces are removed.
+/// After so many rounds in a row that partial faces alone ask for, their front is taken to move through a
+/// layer of cells; after so many never to come to rest, and cells there are removed.
 constexpr int kMovingFront = 2, kMostAsked = 3;
 /// Cells are kept all over a wall of at least so many cells; a thinner one is worth a try.
 constexpr double kLeastCells = 0.8, kNeededCells = 1.5;
@@ -23,8 +23,7 @@ constexpr double kNarrowCells = 3, kAboveThinnest = 1.4;
 /// How far the octree may grow for narrow places; layers in walls, which cover more of the surface by fewer
 /// cells, have some room besides.
 constexpr double kMostNarrowGrowth = 1.3, kMostWallGrowth = 1.45;
-/// How far for partial faces, beyond the room that repairs have: cells removed there for want of room leave
-/// partial faces beside them, and so on all along a front between levels.
+/// How far for partial faces, beyond the room that repairs have: cells are removed there otherwise.
 constexpr double kAskedGrowth = 1.01;
 constexpr double kWorthTelling = 1e-3;
 /// Cells of a mesh with buffer layers per square of their size on the surface, roughly.

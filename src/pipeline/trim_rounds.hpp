@@ -15,9 +15,9 @@ struct TrimRounds {
 /// behind the surface is thinner than those could resolve. narrow_levels: up to so many levels beyond that,
 /// 0..20, until three cells fit between a bare place and what is opposite, widest places first, as far as
 /// that takes about a tenth of the cells. max_cells: what the octree may come to at the most; for partial
-/// faces it may grow by a hundredth beyond refined.max_cells. Where these may not be refined any more the
-/// cells there are removed instead. rounds: for one `refined` and one domain. Errors: as trim() (*leak gets
-/// the path where the surface leaks); cancelled.
+/// faces it may grow by a hundredth beyond refined.max_cells. Where these may not be refined any more, or
+/// have asked alone for three rounds, cells there are removed instead. rounds: for one `refined` and one
+/// domain. Errors: as trim() (*leak gets the path where the surface leaks); cancelled.
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
                                   std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
                                   int narrow_levels = 0);
