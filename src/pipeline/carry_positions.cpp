@@ -2,7 +2,6 @@
 
 #include "mesh/hanging.hpp"
 #include "mesh/hex_reference.hpp"
-#include "quality/cell_quality.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -14,11 +13,10 @@ namespace hexopt {
 namespace {
 
 /// Rings of cells round what failed, or was not there, that start anew.
-constexpr int kRings = 3;
+constexpr int kRings = 1;
 /// How far apart, in edge lengths, places count as the same: layers are relaxed in an order that hangs on the
 /// whole mesh.
 constexpr double kNear = 0.2;
-constexpr int kMostWithdrawals = 8;
 constexpr std::size_t kCellChunk = 1024;
 
 std::uint64_t hash_of(const Point& p) {
@@ -63,8 +61,9 @@ class PositionTable {
 
 class Carrying {
   public:
-    Carrying(const MeshAttempt& earlier, MeshAttempt& now, const Parallel& parallel)
-        : earlier_(earlier), now_(now), mesh_(now.fitted.mesh), parallel_(parallel) {}
+    Carrying(const MeshAttempt& earlier, const EntityMap& entities, MeshAttempt& now,
+             const Parallel& parallel)
+        : earlier_(earlier), entities_(entities), now_(now), mesh_(now.fitted.mesh), parallel_(parallel) {}
 
     std::vector<std::uint8_t> run() {
         match();
@@ -76,7 +75,6 @@ class Carrying {
         for (int ring = 0; ring < kRings; ++ring) withdraw_ring();
         if (std::find(same_.begin(), same_.end(), 1) == same_.end()) return {};
         place();
-        withdraw_bad();
         withdraw_ring();
         return std::move(same_);
     }
@@ -96,7 +94,8 @@ class Carrying {
         parallel_.for_each(match_.size(), kCellChunk, [&](std::size_t v) {
             const Index old_v = match_[v] = table.find(key[v]);
             if (old_v != kNoIndex &&
-                (failed[old_v] || earlier_.fitted.association[old_v] != now_.fitted.association[v] ||
+                (failed[old_v] ||
+                 entities_(earlier_.fitted.association[old_v]) != now_.fitted.association[v] ||
                  !(glm::distance(earlier_.start[old_v], now_.start[v]) <=
                    kNear * shortest_edge(static_cast<Index>(v)))))
                 match_[v] = kNoIndex;
@@ -137,37 +136,8 @@ class Carrying {
         apply_hanging(mesh_, parallel_);
     }
 
-    /// Where cells became bad at the border, one ring after the other stays at its start.
-    void withdraw_bad() {
-        for (int withdrawal = 0; withdrawal < kMostWithdrawals; ++withdrawal) {
-            std::vector<std::uint8_t> bad(same_.size(), 0);
-            parallel_.for_each(bad.size(), kCellChunk, [&](std::size_t c) {
-                bad[c] = has_moved(c) && !is_usable(mesh_.positions, c) && is_usable(now_.start, c);
-            });
-            bool any = false;
-            for (std::size_t c = 0; c < bad.size(); ++c) {
-                if (!bad[c]) continue;
-                any = true;
-                for (Index v : mesh_.cells[c])
-                    for (CellCorner corner : now_.topology.vertex_cell[v]) same_[corner.cell] = 0;
-            }
-            if (!any) return;
-            place();
-        }
-    }
-
-    bool is_usable(std::span<const Point> positions, std::size_t c) const {
-        HexPoints points;
-        for (int k = 0; k < 8; ++k) points[k] = positions[mesh_.cells[c][k]];
-        return compute_cell_validity(points).is_usable();
-    }
-
-    bool has_moved(std::size_t c) const {
-        return std::any_of(mesh_.cells[c].begin(), mesh_.cells[c].end(),
-                           [&](Index v) { return mesh_.positions[v] != now_.start[v]; });
-    }
-
     const MeshAttempt& earlier_;
+    const EntityMap& entities_;
     MeshAttempt& now_;
     HexMesh& mesh_;
     const Parallel& parallel_;
@@ -177,9 +147,9 @@ class Carrying {
 
 } // namespace
 
-std::vector<std::uint8_t> carry_positions(const MeshAttempt& earlier, MeshAttempt& now,
-                                          const Parallel& parallel) {
-    return Carrying(earlier, now, parallel).run();
+std::vector<std::uint8_t> carry_positions(const MeshAttempt& earlier, const EntityMap& entities,
+                                          MeshAttempt& now, const Parallel& parallel) {
+    return Carrying(earlier, entities, now, parallel).run();
 }
 
 } // namespace hexopt

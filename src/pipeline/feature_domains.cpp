@@ -4,6 +4,8 @@
 #include "domain/narrow_curves.hpp"
 
 #include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
 
 namespace hexopt {
 
@@ -18,6 +20,61 @@ std::vector<Index> whole_numbers(const MeshAttempt& attempt, const Domain& own, 
     for (Index c = 0; c < whole.model.curve_count(); ++c)
         if (!std::binary_search(attempt.dropped.begin(), attempt.dropped.end(), c)) number.push_back(c);
     if (number.size() != own.model.curve_count()) number.clear();
+    return number;
+}
+
+std::vector<Index> number_corners(const BoundaryModel& whole, const BoundaryModel& own) {
+    const auto key = [](const Point& p) { return std::array{p.x, p.y, p.z}; };
+    std::map<std::array<double, 3>, Index> by_place;
+    for (Index c = 0; c < own.corner_count(); ++c) by_place[key(own.corner_point(c))] = c;
+    std::vector<Index> number(whole.corner_count(), kNoIndex);
+    for (Index c = 0; c < number.size(); ++c)
+        if (const auto found = by_place.find(key(whole.corner_point(c))); found != by_place.end())
+            number[c] = found->second;
+    return number;
+}
+
+/// The middle of a patch's largest triangle.
+Point place_on(const BoundaryModel& model, Index patch) {
+    double largest = -1;
+    Point place{};
+    for (auto [t, last] = model.patch_triangles(patch); t < last; ++t) {
+        const auto& [a, b, c] = model.triangle(t);
+        const Point area = glm::cross(b - a, c - a);
+        if (glm::dot(area, area) <= largest) continue;
+        largest = glm::dot(area, area);
+        place = (a + b + c) / 3.0;
+    }
+    return place;
+}
+
+std::vector<Index> number_patches(const BoundaryModel& whole, const BoundaryModel& own) {
+    std::vector<Index> number;
+    for (Index p = 0; p < whole.patch_count(); ++p)
+        number.push_back(own.patch_of_triangle(own.project_patch(kNoIndex, place_on(whole, p)).element));
+    return number;
+}
+
+/// `to` of what is `from` at the same place; kNoIndex where that differs.
+std::vector<Index> join_numbers(const std::vector<Index>& from, const std::vector<Index>& to) {
+    constexpr Index kNotYet = kNoIndex - 1;
+    std::vector<Index> joined;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        if (from[i] == kNoIndex) continue;
+        if (from[i] >= joined.size()) joined.resize(from[i] + 1, kNotYet);
+        Index& known = joined[from[i]];
+        known = known == kNotYet || known == to[i] ? to[i] : kNoIndex;
+    }
+    std::replace(joined.begin(), joined.end(), kNotYet, kNoIndex);
+    return joined;
+}
+
+/// Numbers without those `dropped`, which rise.
+std::vector<Index> number_left(std::size_t count, std::span<const Index> dropped) {
+    std::vector<Index> number(count, kNoIndex);
+    Index next = 0;
+    for (Index c = 0; c < count; ++c)
+        if (!std::binary_search(dropped.begin(), dropped.end(), c)) number[c] = next++;
     return number;
 }
 
@@ -48,6 +105,7 @@ Status FeatureDomains::split(std::span<const CurveCut> cuts, Context& context) {
     if (!split) return split.error();
     whole_ = std::move(*split);
     reduced_.reset();
+    numbers_.clear();
     return Done{};
 }
 
@@ -60,6 +118,29 @@ Result<Domain*> FeatureDomains::without(std::span<const Index> curves, Context& 
         dropped_.assign(curves.begin(), curves.end());
     }
     return &*reduced_;
+}
+
+Result<const FeatureDomains::OwnNumbers*> FeatureDomains::numbers_without(std::span<const Index> curves,
+                                                                          Context& context) {
+    const std::vector<Index> key(curves.begin(), curves.end());
+    if (!numbers_.contains(key)) {
+        const auto own = without(curves, context);
+        if (!own) return own.error();
+        const BoundaryModel& model = (*own)->model;
+        numbers_[key] = {number_patches(whole_.model, model), number_corners(whole_.model, model)};
+    }
+    return &numbers_.at(key);
+}
+
+Result<EntityMap> FeatureDomains::map(std::span<const Index> from, std::span<const Index> to,
+                                      Context& context) {
+    const auto source = numbers_without(from, context), target = numbers_without(to, context);
+    if (!source) return source.error();
+    if (!target) return target.error();
+    const std::size_t curves = whole_.model.curve_count();
+    return EntityMap{join_numbers((*source)->patch, (*target)->patch),
+                     join_numbers(number_left(curves, from), number_left(curves, to)),
+                     join_numbers((*source)->corner, (*target)->corner)};
 }
 
 std::vector<Index> find_noisy_curves(const MeshAttempt& attempt, const Domain& own, const Domain& whole,

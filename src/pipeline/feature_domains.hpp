@@ -2,8 +2,10 @@
 
 #include "domain/domain.hpp"
 #include "domain/split_curves.hpp"
+#include "pipeline/entity_map.hpp"
 #include "pipeline/mesh_attempt.hpp"
 
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -22,11 +24,22 @@ class FeatureDomains {
     /// The domain without the given curves of the whole one (rising); valid until it is asked for others.
     /// Errors: those of drop_curves().
     Result<Domain*> without(std::span<const Index> curves, Context& context);
+    /// What entities of the domain without some curves are in the one without others. A patch that is several
+    /// there is none. What without() gave last is no longer valid. Errors: those of drop_curves().
+    Result<EntityMap> map(std::span<const Index> from, std::span<const Index> to, Context& context);
 
   private:
+    /// Numbers without some curves, kNoIndex: none, per patch and corner of the whole domain.
+    struct OwnNumbers {
+        std::vector<Index> patch, corner;
+    };
+
+    Result<const OwnNumbers*> numbers_without(std::span<const Index> curves, Context& context);
+
     Domain& whole_;
     std::optional<Domain> reduced_;
     std::vector<Index> dropped_; ///< of reduced_
+    std::map<std::vector<Index>, OwnNumbers> numbers_;
 };
 
 /// Curves of the whole domain that noise of a tessellation looks like where an attempt failed: blunter than

@@ -64,11 +64,16 @@ class Attempts {
     /// Ends the attempt under way and prepares the next one.
     Status optimize() {
         MeshAttempt& current = *state_.current;
+        std::optional<EarlierAttempt> earlier;
+        if (state_.best) {
+            auto entities = domains_.map(state_.best->dropped, current.dropped, context_);
+            if (!entities) return entities.error();
+            earlier.emplace(*state_.best, std::move(*entities));
+        }
         const auto own = domains_.without(current.dropped, context_);
         if (!own) return own.error();
-        const bool has_earlier = state_.best && state_.best->dropped == current.dropped;
-        if (Status done = optimize_attempt(current, has_earlier ? &*state_.best : nullptr, **own, options_,
-                                           place_, state_.counts, clock_, context_);
+        if (Status done =
+                optimize_attempt(current, earlier, **own, options_, place_, state_.counts, clock_, context_);
             !done)
             return done;
         const bool is_cancelled = !current.stats;

@@ -93,9 +93,9 @@ Status insert_layers(MeshAttempt& attempt, const Domain& domain, const MeshOptio
     return Done{};
 }
 
-Status optimize_on_surface(MeshAttempt& attempt, const MeshAttempt* earlier, const Domain& domain,
-                           const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
-                           StageClock& clock, Context& context) {
+Status optimize_on_surface(MeshAttempt& attempt, const std::optional<EarlierAttempt>& earlier,
+                           const Domain& domain, const MeshOptions& options, const ComputePlace& place,
+                           AttemptCounts& counts, StageClock& clock, Context& context) {
     HexMesh& mesh = attempt.fitted.mesh;
     attempt.topology = clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
     attempt.start = mesh.positions;
@@ -105,7 +105,8 @@ Status optimize_on_surface(MeshAttempt& attempt, const MeshAttempt* earlier, con
     begin_stage(context, "optimize", progress::kBufferEnd, progress::kOptimizeEnd);
     auto stats = clock.run("optimize", [&] {
         std::vector<std::uint8_t> carried;
-        if (earlier) carried = carry_positions(*earlier, attempt, context.parallel());
+        if (earlier)
+            carried = carry_positions(earlier->attempt, earlier->entities, attempt, context.parallel());
         on_surface.finished_cells = carried;
         const auto target = place.target();
         return optimize(mesh, attempt.topology, &domain.model, on_surface, context,
@@ -160,7 +161,7 @@ Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, cons
     return attempt;
 }
 
-Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain& domain,
+Status optimize_attempt(MeshAttempt& attempt, const std::optional<EarlierAttempt>& earlier, Domain& domain,
                         const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
                         StageClock& clock, Context& context) {
     bind_surface(domain, attempt.fitted);

@@ -5,6 +5,7 @@
 #include "domain/domain.hpp"
 #include "domain/fitted_mesh.hpp"
 #include "mesh/topology.hpp"
+#include "pipeline/entity_map.hpp"
 #include "pipeline/mesh_surface.hpp"
 #include "pipeline/octree_store.hpp"
 #include "pipeline/settle_mesh.hpp"
@@ -47,6 +48,12 @@ struct AttemptCounts {
     }
 };
 
+/// What an attempt goes on from.
+struct EarlierAttempt {
+    const MeshAttempt& attempt;
+    EntityMap entities; ///< of its domain in that of the one that goes on
+};
+
 /// Trims `octree` at `whole`, fits its boundary to `domain`, which is the whole one or has fewer curves
 /// (refining where features could not be captured, as often as options.fit_repairs leaves) and inserts
 /// buffers. `octree` is left as it was trimmed last, put away. Errors: bad_input (*leak gets the path where
@@ -56,9 +63,9 @@ Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, cons
                                   Context& context, LeakPath* leak);
 
 /// Binds domain.model to what begin_attempt() made, optimizes it on the surface (on `place`) and finds what
-/// failed. earlier: goes on from what that attempt came to wherever the two are the same; may be null.
+/// failed. earlier: goes on from what that attempt came to wherever the two are the same.
 /// Cancelled: no error but an attempt without stats. Errors: out_of_memory.
-Status optimize_attempt(MeshAttempt& attempt, const MeshAttempt* earlier, Domain& domain,
+Status optimize_attempt(MeshAttempt& attempt, const std::optional<EarlierAttempt>& earlier, Domain& domain,
                         const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
                         StageClock& clock, Context& context);
 

@@ -78,8 +78,8 @@ class Rescue {
         auto next =
             begin_attempt(state_.octree, whole_, domain_, options, state_.counts, clock_, context_, nullptr);
         if (!next) return next;
-        if (Status done =
-                optimize_attempt(*next, nullptr, domain_, options, place_, state_.counts, clock_, context_);
+        if (Status done = optimize_attempt(*next, std::nullopt, domain_, options, place_, state_.counts,
+                                           clock_, context_);
             !done)
             return done.error();
         next->dropped = state_.best->dropped;

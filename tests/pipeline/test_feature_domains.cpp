@@ -87,3 +87,44 @@ TEST_CASE("attempts without some curves number those that are left as the whole 
         CHECK(cells_elsewhere(attempt.failed, attempt, **own, whole, elsewhere) == attempt.failed);
     }
 }
+
+TEST_CASE("what is left of a domain is found in the one without some more curves") {
+    Context context(1);
+    Domain whole = cube_domain(context);
+    FeatureDomains domains(whole);
+    const Index front = front_curve(whole);
+    const Index first = front == 0 ? 1 : 0;
+    std::vector<Index> from = {first}, to = {std::min(first, front), std::max(first, front)};
+    const auto map = domains.map(from, to, context);
+    REQUIRE(map);
+    const Domain before = **domains.without(from, context), after = **domains.without(to, context);
+    const auto at = [](const Domain& domain, const Point& p) {
+        return Association{EntityKind::patch,
+                           domain.model.patch_of_triangle(domain.model.project_patch(kNoIndex, p).element)};
+    };
+    for (const Point& p :
+         {Point(4, 4, 0), Point(4, 0, 4), Point(8, 3, 4), Point(0, 4, 4), Point(4, 8, 4), Point(4, 4, 8)})
+        CHECK((*map)(at(before, p)) == at(after, p));
+    for (Index c = 0; c < before.model.curve_count(); ++c) {
+        const Point middle = before.model.segment(before.model.project_curve(c, Point(4)).element)[0];
+        const Association found = (*map)({EntityKind::curve, c});
+        if (before.model.curve_points(c).front().y == 0 && before.model.curve_points(c).back().y == 0 &&
+            before.model.curve_points(c).front().z == 0 && before.model.curve_points(c).back().z == 0)
+            CHECK(found.entity == kNoIndex);
+        else
+            CHECK(after.model.project_curve(found.entity, middle).distance == 0);
+    }
+    for (Index c = 0; c < before.model.corner_count(); ++c) {
+        const Association found = (*map)({EntityKind::corner, c});
+        if (found.entity != kNoIndex)
+            CHECK(after.model.corner_point(found.entity) == before.model.corner_point(c));
+    }
+    CHECK((*map)({}) == Association{});
+
+    SECTION("a patch that is several there is none") {
+        const auto back = domains.map(to, from, context);
+        REQUIRE(back);
+        CHECK((*back)(at(after, Point(4, 4, 0))).entity == kNoIndex);
+        CHECK((*back)(at(after, Point(4, 0, 4))).entity == kNoIndex);
+    }
+}

@@ -31,7 +31,7 @@ struct Broken {
         auto attempt =
             begin_attempt(state->octree, domain, domain, options, state->counts, clock, context, nullptr);
         REQUIRE(attempt);
-        REQUIRE(optimize_attempt(*attempt, nullptr, domain, options, {}, state->counts, clock, context));
+        REQUIRE(optimize_attempt(*attempt, std::nullopt, domain, options, {}, state->counts, clock, context));
         REQUIRE(attempt->failed.empty());
         HexMesh& mesh = attempt->fitted.mesh;
         const Point middle = mesh.positions[mesh.cells[0][6]];
