@@ -23,6 +23,8 @@ class OutlineCurves {
     OutlineCurves(const Outline& outline, double feature_angle_deg);
 
     std::size_t loop_count() const { return loops_.size(); }
+    /// A place in the outline's plane, for messages.
+    std::string describe(const Point2& p) const { return outline_->describe(p); }
     double length(Index loop) const { return loops_[loop].length; }
     const std::vector<OutlineCorner>& corners(Index loop) const { return loops_[loop].corners; }
     std::size_t corner_count() const;

@@ -61,7 +61,7 @@ Result<std::vector<std::uint8_t>> regions_of_seeds(const Outline& outline, const
             }
         if (around % 2 == 0)
             return make_error(ErrorCode::usage, "seeds", "",
-                              fmt::format("({:.6g}, {:.6g}) is not inside the outline", seed.x, seed.y));
+                              outline.describe(seed) + " is not inside the outline");
         chosen[innermost] = 1;
     }
     return chosen;
@@ -93,6 +93,8 @@ Result<Outline> choose_regions(Outline outline, const RegionChoice& choice, Regi
     }
     Outline kept;
     kept.patch_names = std::move(outline.patch_names);
+    kept.frame = outline.frame;
+    kept.height = outline.height;
     for (std::size_t l = 0; l < count; ++l) {
         const bool is_outer = nesting.depth(l) % 2 == 0;
         if (is_outer) ++(chosen[l] ? report.regions : report.dropped_regions);
@@ -115,16 +117,19 @@ Result<Outline> choose_regions(Outline outline, const RegionChoice& choice, Regi
 
 Result<Outline> add_farfield(Outline outline, const Box2& box) {
     if (!(box.low.x < box.high.x && box.low.y < box.high.y))
-        return make_error(ErrorCode::usage, "farfield", "", "the box is empty: give xmin,ymin,xmax,ymax");
+        return make_error(ErrorCode::usage, "farfield", "",
+                          "the box is empty: give the lower bounds, then the upper ones");
     for (const OutlineLoop& loop : outline.loops)
         for (const Point2& p : loop.points)
             if (!(p.x > box.low.x && p.x < box.high.x && p.y > box.low.y && p.y < box.high.y))
                 return make_error(
                     ErrorCode::usage, "farfield", "",
-                    fmt::format("the point ({:.6g}, {:.6g}) of the outline is not inside the box", p.x, p.y));
+                    fmt::format("the point {} of the outline is not inside the box", outline.describe(p)));
     const auto first = static_cast<Index>(outline.patch_names.size());
-    for (const char* name : {"farfield_x_min", "farfield_x_max", "farfield_y_min", "farfield_y_max"})
-        outline.patch_names.emplace_back(name);
+    const int across = outline.frame.axis().value_or(2);
+    for (int d = 0; d < 2; ++d)
+        for (const char* end : {"min", "max"})
+            outline.patch_names.push_back(fmt::format("farfield_{}_{}", "xyz"[(across + 1 + d) % 3], end));
     OutlineLoop loop;
     loop.points = {box.low, {box.high.x, box.low.y}, box.high, {box.low.x, box.high.y}};
     loop.patch = {first + 2, first + 1, first + 3, first};

@@ -15,14 +15,14 @@ namespace hexopt {
 namespace {
 
 Error no_slab(std::string reason) {
-    return Error{
-        ErrorCode::bad_input,
-        "slab",
-        "",
-        {std::move(reason), "a planar mesh needs two plane sides of constant z with equal outlines"}};
+    return Error{ErrorCode::bad_input,
+                 "slab",
+                 "",
+                 {std::move(reason), "a planar mesh needs two parallel plane sides with equal outlines"}};
 }
 
-constexpr double kPlane = 1e-6; ///< of the diagonal: how far vertices may be off the planes
+bool is_before(const Point2& a, const Point2& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; }
+
 enum class Side : std::uint8_t { low, high };
 
 /// A side wall's edge in one of the planes, with the wall below or above it.
@@ -33,10 +33,16 @@ using WallEdges = std::map<Index, WallEdge>;
 
 class SlabFinder {
   public:
-    explicit SlabFinder(const TriangleSoup& surface) : surface_(surface) {}
+    SlabFinder(const TriangleSoup& surface, const SlabPlanes& planes)
+        : surface_(surface), frame_(planes.frame) {
+        slab_.low = planes.low;
+        slab_.high = planes.high;
+        slab_.outline.frame = frame_;
+        slab_.outline.height = planes.low;
+    }
 
     Result<Slab> find() {
-        if (Status ok = find_planes(); !ok) return ok.error();
+        flatten();
         if (Status ok = sort_triangles(); !ok) return ok.error();
         if (Status ok = chain(); !ok) return ok.error();
         name_sides();
@@ -44,27 +50,17 @@ class SlabFinder {
     }
 
   private:
-    Status find_planes() {
+    /// Vertices in the frame, and which plane they are in.
+    void flatten() {
         Box box;
         for (const auto& t : surface_.triangles)
             for (Index v : t) box.add(surface_.vertices[v]);
-        if (surface_.triangles.empty()) return no_slab("there are no triangles");
-        tolerance_ = kPlane * glm::distance(box.low, box.high);
-        slab_.low = box.low.z;
-        slab_.high = box.high.z;
-        if (!(slab_.high - slab_.low > 10 * tolerance_)) return no_slab("the surface is flat");
-        side_.assign(surface_.vertices.size(), Side::low);
-        for (const auto& t : surface_.triangles)
-            for (Index v : t) {
-                const Point& p = surface_.vertices[v];
-                const bool is_low = p.z - slab_.low <= tolerance_, is_high = slab_.high - p.z <= tolerance_;
-                if (!is_low && !is_high)
-                    return no_slab(fmt::format("the point ({:.6g}, {:.6g}, {:.6g}) lies between the planes "
-                                               "z = {:.6g} and {:.6g}",
-                                               p.x, p.y, p.z, slab_.low, slab_.high));
-                side_[v] = is_low ? Side::low : Side::high;
-            }
-        return Done{};
+        tolerance_ = kSlabRounding_rel * glm::distance(box.low, box.high);
+        for (const Point& p : surface_.vertices) {
+            const Point q = frame_.to_plane(p);
+            flat_.emplace_back(q);
+            side_.push_back(std::abs(q.z - slab_.low) <= std::abs(q.z - slab_.high) ? Side::low : Side::high);
+        }
     }
 
     Status sort_triangles() {
@@ -81,24 +77,19 @@ class SlabFinder {
                 if (side_[a] != side_[b]) continue;
                 // Of a wall that points outwards the low edge runs with the region on its left.
                 auto& edges = side_[a] == Side::low ? low_ : high_;
-                if (!edges.insert({a, {b, patch}}).second) {
-                    const Point& p = surface_.vertices[a];
-                    return no_slab(fmt::format("two sides begin at ({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z));
-                }
+                if (!edges.insert({a, {b, patch}}).second)
+                    return no_slab("two sides begin at " + describe(surface_.vertices[a]));
             }
         }
         return Done{};
     }
 
-    Point2 flat(Index v) const { return Point2(surface_.vertices[v]); }
+    using EdgeKey = std::array<double, 4>;
 
     /// Edges of the low plane, chained into loops, each found again in the high plane turned round.
     Status chain() {
-        std::set<std::array<double, 4>> above;
-        for (const auto& [a, edge] : high_) {
-            const Point2 p = flat(edge.to), q = flat(a);
-            above.insert({rounded(p.x), rounded(p.y), rounded(q.x), rounded(q.y)});
-        }
+        std::map<EdgeKey, Index> above; // edge as in the low plane: the vertex that it begins at
+        for (const auto& [a, edge] : high_) above.insert({key(flat_[edge.to], flat_[a]), edge.to});
         std::set<Index> done;
         for (const auto& [start, unused] : low_) {
             if (done.count(start)) continue;
@@ -106,10 +97,12 @@ class SlabFinder {
             for (Index v = start; done.insert(v).second;) {
                 const auto edge = low_.find(v);
                 if (edge == low_.end()) return no_slab("its sides are not closed");
-                const Point2 p = flat(v), q = flat(edge->second.to);
-                if (!has_above(above, p, q))
-                    return no_slab(
-                        fmt::format("the edge at ({:.6g}, {:.6g}) is not in both planes", p.x, p.y));
+                const Point2 p = flat_[v];
+                const Index over = find_above(above, key(p, flat_[edge->second.to]));
+                if (over == kNoIndex)
+                    return no_slab("the edge at " + describe(surface_.vertices[v]) +
+                                   " is not in both planes");
+                if (!frame_.axis()) slab_.given.push_back({p, surface_.vertices[v], surface_.vertices[over]});
                 loop.points.push_back(p);
                 loop.patch.push_back(edge->second.patch);
                 v = edge->second.to;
@@ -118,20 +111,24 @@ class SlabFinder {
             if (loop.points.size() < 3) return no_slab("a side has no extent");
             slab_.outline.loops.push_back(std::move(loop));
         }
+        std::sort(slab_.given.begin(), slab_.given.end(),
+                  [](const auto& a, const auto& b) { return is_before(a.at, b.at); });
         return low_.size() == high_.size() ? Status(Done{}) : no_slab("the outlines of the planes differ");
     }
 
-    double rounded(double x) const { return std::floor(x / tolerance_); }
+    EdgeKey key(const Point2& p, const Point2& q) const {
+        const auto rounded = [this](double x) { return std::floor(x / tolerance_); };
+        return {rounded(p.x), rounded(p.y), rounded(q.x), rounded(q.y)};
+    }
 
     /// Up to a step of rounding either way.
-    bool has_above(const std::set<std::array<double, 4>>& above, const Point2& p, const Point2& q) const {
-        const std::array<double, 4> key = {rounded(p.x), rounded(p.y), rounded(q.x), rounded(q.y)};
+    static Index find_above(const std::map<EdgeKey, Index>& above, const EdgeKey& key) {
         for (int shift = 0; shift < 81; ++shift) {
-            std::array<double, 4> near = key;
+            EdgeKey near = key;
             for (int k = 0, rest = shift; k < 4; ++k, rest /= 3) near[k] += (rest % 3 == 2) ? -1 : rest % 3;
-            if (above.count(near)) return true;
+            if (const auto found = above.find(near); found != above.end()) return found->second;
         }
-        return false;
+        return kNoIndex;
     }
 
     void name_sides() {
@@ -159,8 +156,10 @@ class SlabFinder {
     }
 
     const TriangleSoup& surface_;
+    PlaneFrame frame_;
     Slab slab_;
     double tolerance_ = 0;
+    std::vector<Point2> flat_;
     std::vector<Side> side_;
     std::set<Index> low_patches_, high_patches_, wall_patches_;
     WallEdges low_, high_;
@@ -201,6 +200,28 @@ Result<TriangleSoup> make_solid(const Slab& slab) {
     return soup;
 }
 
-Result<Slab> recognise_slab(const TriangleSoup& surface) { return SlabFinder(surface).find(); }
+Result<Slab> recognise_slab(const TriangleSoup& surface, double most_rel) {
+    std::optional<Error> first;
+    for (const SlabPlanes& planes : find_slab_planes(surface, most_rel)) {
+        Result<Slab> slab = SlabFinder(surface, planes).find();
+        if (slab) return slab;
+        if (!first) first = slab.error();
+    }
+    return first ? *first : no_slab("no two parallel planes hold all its vertices");
+}
+
+void place_in_model(const Slab& slab, std::vector<Point>& positions) {
+    const std::size_t count = positions.size() / 2;
+    for (std::size_t v = 0; v < count; ++v) {
+        Point &low = positions[v], &high = positions[v + count];
+        const Point2 at(low);
+        const auto given = std::lower_bound(
+            slab.given.begin(), slab.given.end(), at,
+            [](const Slab::GivenPoint& point, const Point2& p) { return is_before(point.at, p); });
+        const bool is_given = given != slab.given.end() && given->at == at;
+        low = is_given ? given->low : slab.outline.frame.to_model(low);
+        high = is_given ? given->high : slab.outline.frame.to_model(high);
+    }
+}
 
 } // namespace hexopt

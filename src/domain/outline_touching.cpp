@@ -115,9 +115,9 @@ Status check_touching(const Outline& outline) {
     if (other == 0) return Done{};
     const Segment &s = search.segment(one), &t = search.segment(other);
     return bad(outline_place(outline, s.loop, s.point),
-               fmt::format("the outline crosses or touches {} near ({:.6g}, {:.6g}), where the edge that "
+               fmt::format("the outline crosses or touches {} near {}, where the edge that "
                            "begins here meets the one that begins at {}",
-                           s.loop == t.loop ? "itself" : "another loop", t.a.x, t.a.y,
+                           s.loop == t.loop ? "itself" : "another loop", outline.describe(t.a),
                            outline_place(outline, t.loop, t.point)),
                "give the points of each loop in order; separate loops by a blank line, each with its first "
                "point repeated at its end");

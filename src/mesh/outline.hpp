@@ -1,15 +1,12 @@
 #pragma once
 
-#include "core/types.hpp"
+#include "mesh/plane_frame.hpp"
 
-#include <glm/vec2.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace hexopt {
-
-using Point2 = glm::dvec2; ///< place in the plane, model units
 
 /// A closed curve in the plane: straight segments from each point to the next and from the last to the first.
 struct OutlineLoop {
@@ -23,6 +20,11 @@ struct OutlineLoop {
 struct Outline {
     std::vector<OutlineLoop> loops;
     std::vector<std::string> patch_names;
+    PlaneFrame frame;  ///< of the plane that it lies in
+    double height = 0; ///< the plane's third coordinate in that frame
+
+    /// A place in the plane, for messages.
+    std::string describe(const Point2& p) const { return frame.describe(p, height); }
 };
 
 /// Twice the signed area of a closed polygon, positive where it runs counter-clockwise.

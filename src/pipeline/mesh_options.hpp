@@ -45,7 +45,8 @@ struct MeshOptions {
     /// Gaps in the surface up to this fraction of its diagonal are closed; 0..0.01.
     double weld_rel = 1e-4;
     /// External flow: a box round the surface, which becomes the outer boundary (patches farfield_x_min,
-    /// ...). Planar: without bounds in z, from minus to plus infinity.
+    /// ...). Planar: x and y are bounds along the model's axes in the plane, in their order; z goes from
+    /// minus to plus infinity.
     std::optional<Box> farfield;
     PlanarChoice planar = PlanarChoice::automatic;
     double thickness = 0; ///< of meshes of outlines, model units; 0: a hundredth of their diagonal

@@ -3,6 +3,7 @@
 #include "io/atomic_file.hpp"
 #include "io/domain_file.hpp"
 #include "io/read_outline.hpp"
+#include "io/write_openfoam.hpp"
 #include "mesh/recognise_hanging.hpp"
 #include "pipeline/check_outputs.hpp"
 #include "pipeline/checkpoint.hpp"
@@ -13,6 +14,7 @@
 #include "render/png.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace hexopt {
@@ -23,7 +25,9 @@ namespace {
 Status write_results(const MeshJob& job, StageClock& clock, MeshJobResult& result, Context& context) {
     const MeshOutcome& outcome = result.outcome;
     WriteOptions writing = job.write;
-    if (outcome.planar) writing.empty_patches = outcome.planar->empty_patches;
+    // `empty` is for planes along the axes: OpenFOAM leaves out every direction that their normals have a
+    // part in.
+    if (outcome.planar && !outcome.planar->is_turned) writing.empty_patches = outcome.planar->plane_patches;
     Status written = clock.run("write", [&] {
         std::vector<FieldData> fields;
         add_quality_fields(fields, job.output, outcome.mesh, context.parallel());
@@ -124,6 +128,23 @@ Result<MeshOutcome> mesh_prepared(Result<PreparedDomain> prepared, const MeshJob
     return outcome;
 }
 
+void add_slab_notes(MeshOutcome& outcome, const MeshJob& job) {
+    const PlanarReport& planar = *outcome.planar;
+    if (planar.is_turned && !openfoam_folder(job.output).empty())
+        outcome.notes.insert(
+            outcome.notes.begin(),
+            fmt::format(
+                "OpenFOAM knows no `empty` patches in turned planes: {} and {} have the type `patch`.",
+                planar.plane_patches[0], planar.plane_patches[1]));
+    if (job.options.planar != PlanarChoice::automatic) return;
+    std::string across;
+    if (const Point& n = planar.normal; planar.is_turned || n.z != 1)
+        across = " across " + (planar.is_turned ? describe(n) : std::string(n.x == 1 ? "x" : "y"));
+    outcome.notes.insert(outcome.notes.begin(),
+                         "The surface is a thin slab" + across +
+                             " and was meshed in the plane, one cell thick; --planar no meshes it in space.");
+}
+
 /// In space, or in the plane where they are a slab.
 Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context& context,
                                   Checkpoint* checkpoint) {
@@ -136,10 +157,7 @@ Result<MeshOutcome> mesh_surfaces(const MeshJob& job, StageClock& clock, Context
     if (*slab) {
         if (Status fitting = check_planar_keys(job, false); !fitting) return fitting.error();
         auto outcome = mesh_planar(std::move(**slab), job.options, clock, context, checkpoint);
-        if (outcome && job.options.planar == PlanarChoice::automatic)
-            outcome->notes.insert(outcome->notes.begin(),
-                                  "The surface is a thin slab and was meshed in the plane, one cell thick; "
-                                  "--planar no meshes it in space.");
+        if (outcome) add_slab_notes(*outcome, job);
         return outcome;
     }
     return mesh_prepared(prepare_surface(*surface, job, clock, context), job, clock, context, checkpoint);

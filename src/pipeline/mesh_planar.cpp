@@ -2,8 +2,10 @@
 
 #include "domain/outline_touching.hpp"
 #include "domain/weld_surface.hpp"
+#include "mesh/hanging.hpp"
 #include "mesh/validate_structure.hpp"
 #include "pipeline/checkpoint.hpp"
+#include "pipeline/planar_options.hpp"
 #include "stages/planar/outline_deviation.hpp"
 #include "stages/planar/planar.hpp"
 
@@ -17,9 +19,8 @@ namespace hexopt {
 
 namespace {
 
-constexpr int kMostRounds = 40;         ///< of trimming; each asks for one more level at the most
-constexpr int kJoinLevels = 2;          ///< beyond those for gaps: how often cells are refined to join parts
-constexpr double kSlabThickness = 0.05; ///< of the diagonal: what is taken for a slab without being told
+constexpr int kMostRounds = 40; ///< of trimming; each asks for one more level at the most
+constexpr int kJoinLevels = 2;  ///< beyond those for gaps: how often cells are refined to join parts
 constexpr double kTrimEnd = 0.3, kRelaxEnd = 0.85, kMeasureEnd = 0.97;
 
 void begin(Context& context, const char* stage, double low, double high) {
@@ -64,9 +65,11 @@ class PlanarRun {
         slab.outline = std::move(*chosen);
         slab_ = std::move(slab);
         report.loops = slab_.outline.loops.size();
+        report.normal = slab_.outline.frame.normal();
+        report.is_turned = !slab_.outline.frame.axis();
         report.low = slab_.low;
         report.high = slab_.high;
-        report.empty_patches = {slab_.low_name, slab_.high_name};
+        report.plane_patches = {slab_.low_name, slab_.high_name};
         report.diagonal = body_box(slab_.outline).diagonal();
         return Done{};
     }
@@ -79,16 +82,15 @@ class PlanarRun {
                               "a planar mesh takes none; give counts");
         if (initial.cells[2] > 1)
             return make_error(ErrorCode::usage, "refine", "initial cells",
-                              "a planar mesh is one cell thick: the third count must be 1");
+                              "a planar mesh is one cell thick: the count across it must be 1");
         if (!initial.box) return Done{};
         for (const OutlineLoop& loop : slab_.outline.loops)
             for (const Point2& p : loop.points)
                 if (!(p.x > initial.box->low.x && p.x < initial.box->high.x && p.y > initial.box->low.y &&
                       p.y < initial.box->high.y))
-                    return make_error(
-                        ErrorCode::usage, "refine", "box",
-                        fmt::format("the point ({:.6g}, {:.6g}) of the outline is not inside the box", p.x,
-                                    p.y));
+                    return make_error(ErrorCode::usage, "refine", "box",
+                                      fmt::format("the point {} of the outline is not inside the box",
+                                                  slab_.outline.describe(p)));
         return Done{};
     }
 
@@ -107,7 +109,6 @@ class PlanarRun {
             return Done{};
         }
         RefineOptions refining = options_.refine;
-        refining.planar = true;
         // The sagitta is to be small beside the bodies, not beside the farfield.
         refining.chord_error_rel *= outcome_.planar->diagonal / domain_->model.diagonal();
         context_.set_progress_range(0.05, 0.1);
@@ -188,6 +189,7 @@ class PlanarRun {
     }
 
     Status measure(const OutlineCurves& curves) {
+        const PlanarReport& report = *outcome_.planar;
         begin(context_, "measure", kRelaxEnd, kMeasureEnd);
         Context unhurried(context_.parallel().threads(), context_.seed()); // measures even after a cancel
         HexMesh& mesh = outcome_.mesh = extrude(
@@ -197,6 +199,10 @@ class PlanarRun {
         const Topology topology = compute_topology(mesh, context_.parallel());
         for (double z : {slab_.low, slab_.high})
             for (const Point2& p : start_) outcome_.start.emplace_back(p, z);
+        for (std::vector<Point>* positions : {&mesh.positions, &outcome_.start}) {
+            place_in_model(slab_, *positions);
+            if (report.is_turned) apply_hanging(mesh.hanging, *positions, context_.parallel());
+        }
         std::swap(mesh.positions, outcome_.start);
         auto before =
             clock_.run("quality_before", [&] { return compute_quality(mesh, topology, {}, unhurried); });
@@ -274,35 +280,27 @@ class PlanarRun {
     bool cancelled_ = false;
 };
 
-/// Whether all vertices lie in two planes of constant z that are close together.
-bool may_be_slab(const TriangleSoup& surface) {
-    Box box;
-    for (const Point& p : surface.vertices) box.add(p);
-    const double diagonal = glm::distance(box.low, box.high), thickness = box.high.z - box.low.z;
-    if (surface.vertices.empty() || !(thickness > 0) || thickness > kSlabThickness * diagonal) return false;
-    return std::all_of(surface.vertices.begin(), surface.vertices.end(), [&](const Point& p) {
-        return p.z - box.low.z <= 1e-6 * diagonal || box.high.z - p.z <= 1e-6 * diagonal;
-    });
-}
-
 } // namespace
 
 Result<MeshOutcome> mesh_planar(Slab slab, const MeshOptions& options, StageClock& clock, Context& context,
                                 Checkpoint* checkpoint) {
-    return PlanarRun(options, clock, context, checkpoint).run(std::move(slab));
+    const Result<MeshOptions> in_plane = options_in_plane(options, slab.outline.frame);
+    if (!in_plane) return in_plane.error();
+    return PlanarRun(*in_plane, clock, context, checkpoint).run(std::move(slab));
 }
 
 Result<std::optional<Slab>> find_slab(const TriangleSoup& surface, const MeshOptions& options,
                                       StageClock& clock, Context& context) {
     const bool is_told = options.planar == PlanarChoice::yes;
-    if (!is_told && (options.planar == PlanarChoice::no || !may_be_slab(surface)))
+    const double most_rel = is_told ? std::numeric_limits<double>::infinity() : kThinSlab_rel;
+    if (!is_told && (options.planar == PlanarChoice::no || find_slab_planes(surface, most_rel).empty()))
         return std::optional<Slab>();
     Box box;
     for (const Point& p : surface.vertices) box.add(p);
     const double gap = surface.vertices.empty() ? 0 : options.weld_rel * glm::distance(box.low, box.high);
     auto welded = clock.run("weld", [&] { return weld_surface(surface, gap, context); });
     if (!welded) return welded.error();
-    Result<Slab> slab = clock.run("slab", [&] { return recognise_slab(welded->soup); });
+    Result<Slab> slab = clock.run("slab", [&] { return recognise_slab(welded->soup, most_rel); });
     if (slab) return std::optional<Slab>(std::move(*slab));
     if (is_told) return slab.error();
     return std::optional<Slab>();

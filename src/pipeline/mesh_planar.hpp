@@ -9,9 +9,9 @@ namespace hexopt {
 /// The flow in the plane, in memory: choose regions, refine and trim in turns, close the gap to the outlines
 /// by a row of cells, relax, refine where that failed or chords leave the outline, extrude, measure. The
 /// outcome is as mesh_surface()'s, with `planar`; what belongs to other stages (weld, orientation, buffer,
-/// settle) stays empty. options.farfield must have no z (MeshOptions). Errors: usage, bad_input,
-/// out_of_memory, cancelled before the cells were relaxed. checkpoint: as mesh_domain() takes it; the state
-/// is kept before each round.
+/// settle) stays empty. options and outcome are in the model's frame (options_in_plane()). Errors: usage,
+/// bad_input, out_of_memory, cancelled before the cells were relaxed. checkpoint: as mesh_domain() takes it;
+/// the state is kept before each round.
 Result<MeshOutcome> mesh_planar(Slab slab, const MeshOptions& options, StageClock& clock, Context& context,
                                 Checkpoint* checkpoint = nullptr);
 

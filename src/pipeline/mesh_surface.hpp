@@ -23,9 +23,11 @@ namespace hexopt {
 struct PlanarReport {
     std::size_t loops = 0; ///< of the outline, meshed
     RegionReport regions;
-    double low = 0, high = 0;               ///< z of the planes
+    Point normal = Point(0, 0, 1);          ///< of the planes
+    double low = 0, high = 0;               ///< their distances from the origin along it
     double diagonal = 0;                    ///< of the bodies, without the farfield round them
-    std::vector<std::string> empty_patches; ///< the plane sides
+    std::vector<std::string> plane_patches; ///< the plane sides
+    bool is_turned = false;                 ///< the planes are none of constant x, y or z
     WallRowReport row;
     RelaxReport relax; ///< of the last round
 };

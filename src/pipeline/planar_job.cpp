@@ -57,8 +57,6 @@ Status check_planar_keys(const MeshJob& job, bool has_outlines) {
                                                has_outlines ? "meshes of outlines" : "meshes of slabs",
                                                has_outlines ? "" : ", or mesh in space with --planar no"));
     }
-    if (job.options.farfield && std::isfinite(job.options.farfield->low.z))
-        return usage("--farfield", "a planar mesh needs four numbers: xmin,ymin,xmax,ymax");
     return Done{};
 }
 

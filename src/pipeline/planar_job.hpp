@@ -10,8 +10,7 @@ namespace hexopt {
 Result<Slab> read_outline_slab(const MeshJob& job, Context& context);
 
 /// Refuses what a planar mesh does not use: keys of other stages that are set to anything but their default,
-/// a farfield with z; for outlines also those of surfaces, for slabs --thickness. Error: usage, with the
-/// flag.
+/// for outlines also those of surfaces, for slabs --thickness. Error: usage, with the flag.
 Status check_planar_keys(const MeshJob& job, bool has_outlines);
 
 } // namespace hexopt

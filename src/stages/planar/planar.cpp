@@ -39,14 +39,12 @@ Result<PlanarFit> fit_outline(const HexMesh& quadtree, const OutlineCurves& curv
             continue;
         }
         if (!options.may_refine) {
-            const Point2 p = curves.point(loop.outline, 0);
-            return Error{
-                ErrorCode::bad_input,
-                "fit",
-                "",
-                {fmt::format("cells are too large for the corners of the outline through ({:.6g}, {:.6g})",
-                             p.x, p.y),
-                 "give smaller cells (--size, --cells)"}};
+            return Error{ErrorCode::bad_input,
+                         "fit",
+                         "",
+                         {fmt::format("cells are too large for the corners of the outline through {}",
+                                      curves.describe(curves.point(loop.outline, 0))),
+                          "give smaller cells (--size, --cells)"}};
         }
         for (Index quad : loop.quads) out.refine_cells.push_back(mesh.cell[quad]);
     }

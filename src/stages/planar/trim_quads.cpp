@@ -319,13 +319,12 @@ class QuadTrimmer {
             place = nearest.point;
         }
         if (options_.may_refine) return Done{};
-        return Error{
-            ErrorCode::bad_input,
-            "trim",
-            "",
-            {fmt::format("cells are too large for the gaps of the outline, e.g. near ({:.6g}, {:.6g})",
-                         place.x, place.y),
-             "give smaller cells (--size, --cells) or more --gap-levels"}};
+        return Error{ErrorCode::bad_input,
+                     "trim",
+                     "",
+                     {fmt::format("cells are too large for the gaps of the outline, e.g. near {}",
+                                  curves_.describe(place)),
+                      "give smaller cells (--size, --cells) or more --gap-levels"}};
     }
 
     void emit() {

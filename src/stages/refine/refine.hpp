@@ -3,6 +3,7 @@
 #include "core/context.hpp"
 #include "core/result.hpp"
 #include "domain/domain.hpp"
+#include "mesh/plane_frame.hpp"
 #include "mesh/refine_cells.hpp"
 
 #include <array>
@@ -115,6 +116,7 @@ struct RefineOptions {
     int surface_rings = 2;
     int surface_layers = 1; ///< cells round those on the surface that are no larger than these, 0..20
     bool planar = false;    ///< 2-D: cells are never split along z; faces across z and curves ask for nothing
+    PlaneFrame frame;       ///< 2-D: how the plane lies in the model, whose coordinates regions are given in
 };
 
 enum class RefineCriterion : std::uint8_t {

@@ -63,7 +63,7 @@ const char* find_fault(const RegionTarget& region) {
 } // namespace
 
 Result<Regions> Regions::create(const Domain& domain, const RefineOptions& options) {
-    Regions regions(domain);
+    Regions regions(domain, options.frame);
     for (std::size_t r = 0; r < options.regions.size(); ++r) {
         const RegionTarget& target = options.regions[r];
         const std::string where = "region " + std::to_string(r + 1);
@@ -95,13 +95,14 @@ Result<Regions> Regions::create(const Domain& domain, const RefineOptions& optio
 
 double Regions::distance(const Region& region, const Point& at, double reach) const {
     const RegionTarget& target = region.target;
+    const Point in_model = frame_.to_model(at);
     switch (target.shape) {
     case RegionShape::box:
-        return box_distance({target.low, target.high}, at);
+        return box_distance({target.low, target.high}, in_model);
     case RegionShape::sphere:
-        return std::max(0.0, glm::distance(target.low, at) - target.radius);
+        return std::max(0.0, glm::distance(target.low, in_model) - target.radius);
     case RegionShape::cylinder:
-        return cylinder_distance(target.low, target.high, target.radius, at);
+        return cylinder_distance(target.low, target.high, target.radius, in_model);
     default:
         break;
     }
@@ -114,9 +115,10 @@ double Regions::distance(const Region& region, const Point& at, double reach) co
 bool Regions::may_meet(const Region& region, const Point& at, double half) const {
     const RegionTarget& target = region.target;
     const double reach = target.distance + half;
-    if (target.shape == RegionShape::near) return target.surface->is_near(at, reach);
+    const Point in_model = frame_.to_model(at);
+    if (target.shape == RegionShape::near) return target.surface->is_near(in_model, reach);
     if (target.shape == RegionShape::inside)
-        return target.surface->is_inside(at) || target.surface->is_near(at, reach);
+        return target.surface->is_inside(in_model) || target.surface->is_near(in_model, reach);
     return distance(region, at, 2 * reach) <= reach;
 }
 

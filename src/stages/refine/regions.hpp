@@ -26,12 +26,13 @@ class Regions {
         Goal goal;
         std::vector<Index> patches; ///< RegionShape::patch
     };
-    explicit Regions(const Domain& domain) : domain_(&domain) {}
-    /// Whether the region or what is within its distance comes within `half` of a point.
+    Regions(const Domain& domain, const PlaneFrame& frame) : domain_(&domain), frame_(frame) {}
+    /// Whether the region or what is within its distance comes within `half` of a point of the domain.
     bool may_meet(const Region& region, const Point& at, double half) const;
     double distance(const Region& region, const Point& at, double reach) const;
 
     const Domain* domain_;
+    PlaneFrame frame_; ///< of the domain in the model, in whose coordinates regions are
     std::vector<Region> regions_;
 };
 
