@@ -7,6 +7,7 @@
 #include "pipeline/checkpoint.hpp"
 #include "samples/geometry/geometries.hpp"
 #include "samples/geometry/solid.hpp"
+#include "support/turned.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -135,6 +136,21 @@ TEST_CASE("checkpoint: planar rounds") {
     const auto states = collect_states(job);
     REQUIRE_FALSE(states.empty());
     CHECK(resume_all(job, states) == std::vector<std::string>(states.size(), "refined"));
+}
+
+TEST_CASE("checkpoint: slabs across other axes and turned ones") {
+    const test::Scratch scratch;
+    const TriangleSoup plate =
+        geometry::make_box(Point(0), Point(1, 0.7, 0.02), {"west", "east", "south", "north", "down", "up"});
+    for (const TriangleSoup& soup :
+         {test::permuted(plate, 1), test::rounded(test::turned(plate, {20, 30, 40}, Point(0)))}) {
+        write_input(scratch, soup);
+        const MeshJob job = job_in(scratch, 500);
+        const auto states = collect_states(job);
+        REQUIRE_FALSE(states.empty());
+        CHECK(nlohmann::json::parse(test::slurp(job.report))["planar"].is_object());
+        CHECK(resume_all(job, states) == std::vector<std::string>(states.size(), "refined"));
+    }
 }
 
 TEST_CASE("checkpoint: a cancelled run keeps its state, and an earlier run's is not lost") {
