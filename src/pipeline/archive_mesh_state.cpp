@@ -136,14 +136,20 @@ void archive(A& a, AttemptCount& value) {
 
 template <class A>
 void archive(A& a, BareSpot& value) {
-    auto& [at, cell, patch, area, cell_size, thickness] = value;
-    a(at, cell, patch, area, cell_size, thickness);
+    auto& [at, cell, patch, area, cell_size, thickness, part] = value;
+    a(at, cell, patch, area, cell_size, thickness, part);
+}
+
+template <class A>
+void archive(A& a, BarePart& value) {
+    auto& [area, depth] = value;
+    a(area, depth);
 }
 
 template <class A>
 void archive(A& a, TrimOutput& value) {
-    auto& [kept, kept_cell, refine_cells, bare_cells, bare_spots, report] = value;
-    a(kept, kept_cell, refine_cells, bare_cells, bare_spots, report);
+    auto& [kept, kept_cell, refine_cells, bare_cells, bare_spots, bare_parts, report] = value;
+    a(kept, kept_cell, refine_cells, bare_cells, bare_spots, bare_parts, report);
 }
 
 template <class A>
@@ -267,7 +273,8 @@ bool fits(const AttemptCounts& counts, const HexMesh& octree, const Domain& doma
            (!trimmed.bare_spots.empty() || trimmed.report.bare_area == 0) &&
            std::all_of(trimmed.bare_spots.begin(), trimmed.bare_spots.end(),
                        [&](const BareSpot& spot) {
-                           return spot.cell < cells && spot.patch < domain.model.patch_count();
+                           return spot.cell < cells && spot.patch < domain.model.patch_count() &&
+                                  spot.part < trimmed.bare_parts.size();
                        }) &&
            (!counts.fitted || (fits(counts.fitted->fitted, domain) && fits(counts.fitted->report, domain) &&
                                are_below(counts.fitted->refine_cells, kept.cell_count())));

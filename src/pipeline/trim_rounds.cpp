@@ -140,10 +140,23 @@ bool refine_asked(RefineOutput& refined, const std::vector<Index>& cells, std::s
     return done;
 }
 
-/// Of little bare surface, mostly ragged ends of what is thicker, cells can make no sound layers.
-bool is_worth_walls(const TrimReport& report) {
-    constexpr double kLeastBare = 2e-3;
-    return report.bare_area > kLeastBare * report.surface_area;
+/// Whether layers of cells in walls are worth while: for much of the surface, or where it goes on bare for
+/// farther than fitting reaches and is that of a wall for which there are layers. Of ragged ends of
+/// what is thicker cells can make no sound layers.
+bool is_worth_walls(const TrimOutput& trimmed, double thinnest_wall_h) {
+    constexpr double kMuchBare = 2e-3, kLeastWall = 0.9;
+    constexpr Index kFitReach = 2; // cells
+    if (trimmed.report.bare_area > kMuchBare * trimmed.report.surface_area) return true;
+    std::vector<double> wall(trimmed.bare_parts.size(), 0);
+    for (const BareSpot& spot : trimmed.bare_spots)
+        if (spot.thickness >= thinnest_wall_h * spot.cell_size &&
+            spot.thickness <= kThickestWall_h * spot.cell_size)
+            wall[spot.part] += spot.area;
+    for (std::size_t i = 0; i < wall.size(); ++i)
+        if (const BarePart& part = trimmed.bare_parts[i];
+            part.depth >= kFitReach && wall[i] > kLeastWall * part.area)
+            return true;
+    return false;
 }
 
 /// Thickness that only a tenth of the bare surface is below.
@@ -162,18 +175,17 @@ double thickness_of(std::vector<BareSpot> spots) {
 class CoverSteps {
   public:
     CoverSteps(const RefineOutput& refined, int narrow_levels, double thinnest_wall_h)
-        : refined_(refined), narrow_(refined, narrow_levels, kNarrowCells, kMostNarrowGrowth),
+        : refined_(refined), thinnest_wall_h_(thinnest_wall_h),
+          narrow_(refined, narrow_levels, kNarrowCells, kMostNarrowGrowth),
           needed_(refined, narrow_levels, kNeededCells, kMostNarrowGrowth),
-          walls_(refined, narrow_levels, kAboveThinnest * thinnest_wall_h, kMostWallGrowth),
-          with_walls_(thinnest_wall_h > 0) {}
+          walls_(refined, narrow_levels, kAboveThinnest * thinnest_wall_h, kMostWallGrowth) {}
 
     /// Cells to be halved, with those that trimming asks for; none where this step has come to its end.
     std::vector<Index> choose(const TrimOutput& trimmed) {
         std::vector<Index> cells;
         if (step_ == Step::narrow) {
             cells = choose_bare_cells(refined_, trimmed.bare_spots, narrow_);
-            if (cells.empty())
-                step_ = with_walls_ && is_worth_walls(trimmed.report) ? Step::needed : Step::end;
+            if (cells.empty()) step_ = is_worth_layers(trimmed) ? Step::needed : Step::end;
         }
         if (step_ == Step::needed) cells = choose_bare_cells(refined_, trimmed.bare_spots, needed_);
         if (step_ == Step::walls) cells = choose_bare_cells(refined_, trimmed.bare_spots, walls_);
@@ -185,11 +197,10 @@ class CoverSteps {
     }
 
     /// After a step at whose end nothing can be halved: whether layers of cells in walls are next.
-    bool begin_layers(const TrimReport& report) {
-        const bool begin =
-            with_walls_ && (step_ == Step::narrow || step_ == Step::needed) && is_worth_walls(report);
+    bool begin_layers(const TrimOutput& trimmed) {
+        const bool begin = (step_ == Step::narrow || step_ == Step::needed) && is_worth_layers(trimmed);
         step_ = begin ? Step::walls : Step::end;
-        bare_before_layers_ = report.bare_area;
+        bare_before_layers_ = trimmed.report.bare_area;
         return begin;
     }
 
@@ -205,9 +216,13 @@ class CoverSteps {
   private:
     enum class Step { narrow, needed, walls, end };
 
+    bool is_worth_layers(const TrimOutput& trimmed) const {
+        return thinnest_wall_h_ > 0 && is_worth_walls(trimmed, thinnest_wall_h_);
+    }
+
     const RefineOutput& refined_;
+    double thinnest_wall_h_;
     NarrowPlaces narrow_, needed_, walls_;
-    bool with_walls_;
     Step step_ = Step::narrow;
     double bare_before_layers_ = 0;
 };
@@ -245,7 +260,7 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
                 options.thinnest_wall_h = 0;
                 continue;
             }
-            if (steps.begin_layers(trimmed->report)) {
+            if (steps.begin_layers(*trimmed)) {
                 options.thinnest_wall_h = thinnest_wall_h;
                 last_round = std::max(last_round, round + kWallRounds);
                 continue;

@@ -102,6 +102,22 @@ TEST_CASE("layers that leave most of what was bare as it was are given up") {
     CHECK(end.closed_manifold());
 }
 
+TEST_CASE(
+    "layers are for places that go on farther than fitting reaches, whatever their share of the surface") {
+    const auto trim_tab = [](double side) {
+        TriangleSoup soup;
+        test::append_box(soup, {0, 0, 0}, {110, 110, 2});
+        test::append_box(soup, {50, 50, 7.3}, {50 + side, 50 + side, 7.8});
+        return trim_all(test::make_domain(soup), cells_of(1, 0), 0, 0.25).report;
+    };
+    const TrimReport small = trim_tab(0.9), large = trim_tab(4);
+    CHECK(small.wall_cells == 0);
+    CHECK(small.bare_area > 0);
+    CHECK(large.wall_cells > 8);
+    CHECK(large.bare_area == 0);
+    CHECK(large.parts == 2);
+}
+
 TEST_CASE("narrow parts get cells beyond the levels of gaps, as far as that does not take many") {
     const auto block_and_tab = [](double side, double thickness) {
         TriangleSoup soup;

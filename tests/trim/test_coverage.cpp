@@ -61,6 +61,27 @@ TEST_CASE("a thin wall beside a block is bare where no cells are kept, and its t
     CHECK(area == Approx(out.report.bare_area));
 }
 
+TEST_CASE("bare spots are joined to parts, which know how far they go on from the kept cells") {
+    TriangleSoup soup;
+    test::append_box(soup, {0, 0, 0}, {6, 6, 6});
+    test::append_box(soup, {5, 0, 3.02}, {11.1, 6, 3.22}); // from the block
+    test::append_box(soup, {0, 0, 10}, {6, 1, 10.2});      // on its own
+    const Domain domain = test::make_domain(soup);
+    const TrimOutput out = trim_box(domain, 1.02, 0.37);
+    REQUIRE(out.bare_parts.size() == 2);
+    std::array<double, 2> area = {0, 0};
+    for (const BareSpot& spot : out.bare_spots) {
+        REQUIRE(spot.part < 2);
+        CHECK((spot.at.z > 7) == (out.bare_spots.back().part == spot.part));
+        area[spot.part] += spot.area;
+    }
+    for (const std::size_t part : {0, 1}) CHECK(out.bare_parts[part].area == Approx(area[part]));
+    CHECK(area[0] + area[1] == Approx(out.report.bare_area));
+    const Index alone = out.bare_spots.back().part;
+    CHECK(out.bare_parts[alone].depth == 6); // seven cells in a row
+    CHECK(out.bare_parts[1 - alone].depth == 5);
+}
+
 TEST_CASE("with seeds only a part of the surface is wanted: nothing counts as bare") {
     TriangleSoup soup;
     test::append_box(soup, {0, 0, 0}, {6, 6, 6});

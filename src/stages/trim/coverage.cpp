@@ -2,6 +2,7 @@
 
 #include "domain/clip_triangle.hpp"
 #include "mesh/hex_reference.hpp"
+#include "stages/trim/bare_parts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -71,7 +72,7 @@ class CoverageSearch {
             if (thickness == 0) continue;
             thinnest = std::min(thinnest, thickness);
             found.bare_area += side.area;
-            found.spots.push_back({side.at, cell, side.patch, side.area, h, thickness});
+            found.spots.push_back({side.at, cell, side.patch, side.area, h, thickness, 0});
         }
         for (std::size_t i = first; i < found.spots.size(); ++i) found.spots[i].thickness = thinnest;
     }
@@ -201,6 +202,7 @@ Coverage measure_coverage(const HexMesh& mesh, const CellGraph& graph, const Cel
         all.bare_area += part.bare_area;
         all.spots.insert(all.spots.end(), part.spots.begin(), part.spots.end());
     }
+    all.parts = join_bare_spots(mesh, graph, kept, all.spots);
     return all;
 }
 

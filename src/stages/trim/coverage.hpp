@@ -9,6 +9,7 @@ struct Coverage {
     double area = 0; ///< of the surface in the cells, model units squared
     double bare_area = 0;
     std::vector<BareSpot> spots; ///< one a cell and side of the surface, by rising cell
+    std::vector<BarePart> parts; ///< of the spots
 };
 
 /// Looks at each cell that the surface cuts: what points the same way in it counts as covered where the

@@ -12,7 +12,6 @@ namespace hexopt::trimming {
 namespace {
 
 constexpr std::size_t kChunk = 64;
-constexpr double kThickest_h = 1.8;   ///< of thicker walls the centres of enough cells are inside
 constexpr double kMostDropped = 0.25; ///< of the cells of a part of a wall
 constexpr double kFacing = 0.5;       ///< cosine between a wall's normal and those of both its sides
 
@@ -27,14 +26,14 @@ class WallSearch {
         const Projection side = queries_.model().project_patch(kNoIndex, centre, kNoIndex);
         const Point& n = side.direction;
         const double across = first_exit(side.point - kContact_h * h * n, -n, h);
-        if (!(across <= kThickest_h * h)) return std::nullopt;
+        if (!(across <= kThickestWall_h * h)) return std::nullopt;
         // The foot of the centre on the middle, which must be in the wall: not beyond its end.
         const Point half_way = side.point - 0.5 * across * n;
         const Point foot = centre - glm::dot(centre - half_way, n) * n;
         if (!queries_.is_inside(foot)) return std::nullopt;
         const double up = first_exit(foot, n, h), down = first_exit(foot, -n, h);
         const double thickness = up + down;
-        if (!(thickness <= kThickest_h * h && thickness >= thinnest_h_ * h)) return std::nullopt;
+        if (!(thickness <= kThickestWall_h * h && thickness >= thinnest_h_ * h)) return std::nullopt;
         const WallCell wall{cell, foot + 0.5 * (up - down) * n, n, thickness};
         if (!meets_middle(wall)) return std::nullopt;
         return wall;

@@ -176,6 +176,7 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
         report.surface_area = coverage.area;
         report.bare_area = coverage.bare_area;
         output.bare_spots = std::move(coverage.spots);
+        output.bare_parts = std::move(coverage.parts);
         if (!output.bare_spots.empty()) report.first_bare = output.bare_spots.front().at;
     }
     Result<HexMesh> mesh = trimming::emit_kept(octree, graph, kept.kept(), output.kept_cell);

@@ -11,6 +11,9 @@
 
 namespace hexopt {
 
+/// Of thicker walls, in cells, the centres of enough cells are inside.
+constexpr double kThickestWall_h = 1.8;
+
 enum class TrimRule : std::uint8_t {
     centre, ///< keep a cell whose centre is inside by `depth_h`
     strict, ///< keep a cell that the surface neither cuts nor excludes (thesis 3.4)
@@ -47,6 +50,15 @@ struct BareSpot {
     double cell_size; ///< of the octree cell there, model units
     double
         thickness; ///< of what is to be meshed behind the surface in the cell, at most 4 cells; model units
+    Index part;    ///< in TrimOutput::bare_parts
+};
+
+/// Bare spots whose cells touch.
+struct BarePart {
+    double area = 0; ///< model units squared
+    /// Most cells between one and the kept ones, from cell to touching cell; where none touches a kept one,
+    /// from the first.
+    Index depth = 0;
 };
 
 /// Counts of cells unless said otherwise.
@@ -83,6 +95,7 @@ struct TrimOutput {
     std::vector<Index> refine_cells;  ///< cells of the octree that must be refined first; rising
     std::vector<Index> bare_cells;    ///< cells of the octree in which the surface is bare; rising
     std::vector<BareSpot> bare_spots; ///< by rising cell; one a direction in which the surface faces there
+    std::vector<BarePart> bare_parts;
     TrimReport report;
 };
 
