@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <utility>
 
 namespace hexopt {
@@ -19,6 +20,10 @@ constexpr int kTrials = 5;             ///< of sizes, for one promise of what le
 /// followed then, narrow places never refined, thin walls without layers of cells.
 constexpr double kLeastForeseen = 20000;
 constexpr int kMostFitted = 2; ///< octrees of about the size wanted; one more where layers change with it
+/// Of what is wanted: what makes larger cells worth trying before any is halved in walls. Up to 2.3 times
+/// fewer than promised there were kept.
+constexpr double kFarTooMany = 3;
+constexpr double kEndless = std::numeric_limits<double>::infinity();
 constexpr double kLargelyBare = 0.1; ///< share of the surface; larger cells are not tried then
 /// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
 /// more than on the size.
@@ -73,15 +78,21 @@ class CountSearch {
         }
         if (Status ok = clock.run("count", [&] { return probe(); }); !ok) return ok.error();
         for (int round = 1;; ++round) {
+            const double most_kept =
+                round < most_fitted_ ? kFarTooMany * wanted_ / per_wall_cell() : kEndless;
             auto refined = clock.run("refine", [&] { return refine_near(kAim * wanted_ / growth_); });
             if (!refined) return refined.error();
             CountedOctree counted{std::move(*refined), {}, {}, {}};
             auto trimmed = clock.run("trim", [&] {
                 return trim_in_rounds(counted.refined, domain_, trim_options(options_),
                                       options_.refine.max_cells, counted.rounds, context_, leak_,
-                                      narrow_levels());
+                                      narrow_levels(), most_kept);
             });
             if (!trimmed) return trimmed.error();
+            if (const double kept = kept_once_halved(counted.refined, *trimmed); kept > most_kept) {
+                promise_.fit(seen_.back(), kept * per_wall_cell());
+                continue;
+            }
             counted.trimmed = std::move(*trimmed);
             if (!check_coverage(*counted.trimmed)) {
                 if (round == most_fitted_ || growth_ <= kFinishedShare) return counted; // will be refused
@@ -162,6 +173,9 @@ class CountSearch {
     static bool is_largely_bare(const TrimReport& report) {
         return report.bare_area > kLargelyBare * report.surface_area;
     }
+
+    /// Finished cells for each cell in a wall that is one cell thick.
+    double per_wall_cell() const { return 1 + 2 * layers_; }
 
     double with_layers(const TrimReport& report) const {
         return static_cast<double>(report.kept_cells) + layers_ * static_cast<double>(report.surface_quads);

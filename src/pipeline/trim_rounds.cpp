@@ -231,7 +231,7 @@ class CoverSteps {
 
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
                                   std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
-                                  int narrow_levels) {
+                                  int narrow_levels, double most_kept) {
     const auto grown = kAskedGrowth * static_cast<double>(refined.octree.cell_count());
     const std::size_t most = std::min(max_cells, static_cast<std::size_t>(grown));
     const double thinnest_wall_h = std::exchange(options.thinnest_wall_h, 0);
@@ -252,6 +252,7 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
             "trim", static_cast<double>(round) / last_round,
             fmt::format("{} of {} cells", trimmed->kept.cell_count(), refined.octree.cell_count()));
         if (context.is_cancelled()) return make_error(ErrorCode::cancelled, "trim", "", "cancelled");
+        if (round == 1 && kept_once_halved(refined, *trimmed) > most_kept) return trimmed;
         if (round < last_round) {
             const bool chosen = refine_more(refined, steps.choose(*trimmed), context);
             asked = chosen ? 0 : asked + 1;
@@ -270,6 +271,19 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
         if (!refine_asked(refined, trimmed->refine_cells, most, context))
             options.partial = PartialFaces::remove;
     }
+}
+
+double kept_once_halved(const RefineOutput& refined, const TrimOutput& trimmed) {
+    constexpr double kNearlyAll = 0.9;
+    if (trimmed.report.bare_area < kNearlyAll * trimmed.report.surface_area) return 0;
+    double cells = 0;
+    for (const BareSpot& spot : trimmed.bare_spots) {
+        const double least = refined.finest_size[spot.patch] * (1 - 1e-6);
+        double size = spot.cell_size;
+        while (size / 2 >= least && spot.thickness < kLeastCells * size) size /= 2;
+        if (spot.thickness >= kLeastCells * size) cells += spot.area / (2 * size * size); // of two sides
+    }
+    return cells;
 }
 
 Status check_coverage(const TrimOutput& trimmed) {

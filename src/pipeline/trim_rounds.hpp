@@ -2,6 +2,8 @@
 
 #include "pipeline/mesh_surface.hpp"
 
+#include <limits>
+
 namespace hexopt {
 
 /// What trimming the same octree time and again shares.
@@ -17,10 +19,16 @@ struct TrimRounds {
 /// that takes about a tenth of the cells. max_cells: what the octree may come to at the most; for partial
 /// faces it may grow by a hundredth beyond refined.max_cells. Where these may not be refined any more, or
 /// have asked alone for three rounds, cells there are removed instead. rounds: for one `refined` and one
-/// domain. Errors: as trim() (*leak gets the path where the surface leaks); cancelled.
+/// domain. most_kept: where kept_once_halved() is more after the first, that is the outcome.
+/// Errors: as trim() (*leak gets the path where the surface leaks); cancelled.
 Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
                                   std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
-                                  int narrow_levels = 0);
+                                  int narrow_levels = 0,
+                                  double most_kept = std::numeric_limits<double>::infinity());
+
+/// Where nearly all of the surface is bare, how many cells will be kept, one across the walls, once they are
+/// halved as far as gaps may; 0 elsewhere.
+double kept_once_halved(const RefineOutput& refined, const TrimOutput& trimmed);
 
 /// Error (no_valid_mesh) where cells are kept at less than 70 % of the surface, or of a closed surface's
 /// volume where more than a tenth of it is bare: says where, how thick the model is there and what cells it

@@ -199,6 +199,34 @@ TEST_CASE("a surface that is too thin for any cell is refused with its thickness
     CHECK(refused.error().one_line().find("0.02 thick") != std::string::npos);
 }
 
+TEST_CASE("what cells would be kept in a sheet is told before they are halved") {
+    TriangleSoup sheet;
+    test::append_box(sheet, {0, 0, 0}, {6, 6, 0.05});
+    for (Point& p : sheet.vertices) p = Point(p.x - 0.3 * p.z, 0.8 * p.y - 0.6 * p.z, 0.6 * p.y + 0.8 * p.z);
+    const Domain domain = test::make_domain(sheet);
+    RefineOptions fine = cells_of(0.4, 4);
+    Context context(1);
+    auto refined = refine(domain, fine, context);
+    REQUIRE(refined);
+    TrimOptions how;
+    how.thinnest_wall_h = 0;
+    TrimRounds first, all;
+    const auto early =
+        trim_in_rounds(*refined, domain, how, fine.max_cells, first, context, nullptr, 0, 2000);
+    REQUIRE(early);
+    CHECK(first.count == 1);
+    CHECK(early->report.bare_area > 0.9 * early->report.surface_area);
+    const double promised = kept_once_halved(*refined, *early);
+    CHECK(promised > 2000);
+    const auto halved = trim_in_rounds(*refined, domain, how, fine.max_cells, all, context, nullptr, 0, 1e9);
+    REQUIRE(halved);
+    CHECK(all.count > 1);
+    CHECK(kept_once_halved(*refined, *halved) == 0);
+    const auto kept = static_cast<double>(halved->report.kept_cells);
+    CHECK(promised > kept / 3);
+    CHECK(promised < kept * 3);
+}
+
 TEST_CASE("walls that fit between the planes of the lattice are meshed one cell thick, without layers") {
     MeshOptions options;
     options.refine = cells_of(0.4, 0);

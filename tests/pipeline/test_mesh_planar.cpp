@@ -408,3 +408,29 @@ TEST_CASE("what cannot be meant in a slab's plane is refused, and places are nam
               job.options.trim.seeds = {Point(7, 0, 8)};
           }).find("(7, 0, 8) is not inside") != std::string::npos);
 }
+
+TEST_CASE("a real slab too thin for its cells in space is refused before many times the cells are made",
+          "[slow]") {
+    const fs::path folder = HEXOPT_SHARED_DATA "/geometry";
+    if (!fs::exists(folder)) HEXOPT_SKIP("no " + folder.string());
+    for (const char* name : {"rae2822_slab", "naca64a010_slab"}) {
+        INFO(name);
+        Context context(2);
+        const auto surface = read_surfaces({folder / (std::string(name) + ".stl")}, {}, context);
+        REQUIRE(surface);
+        std::size_t largest = 0; // octree that was trimmed
+        context.set_progress_sink([&largest](std::string_view stage, double, std::string_view what) {
+            const std::size_t of = what.find(" of ");
+            if (stage == "trim" && of != std::string_view::npos)
+                largest = std::max<std::size_t>(largest, std::stoul(std::string(what.substr(of + 4))));
+        });
+        StageClock clock;
+        const auto refused =
+            mesh_surface(test::turned(*surface, {31, 47, 19}, Point(0)), MeshOptions(), clock, context);
+        REQUIRE_FALSE(refused);
+        CHECK(refused.error().code == ErrorCode::no_valid_mesh);
+        CHECK(refused.error().one_line().find("0.05 thick") != std::string::npos);
+        CHECK(largest > 10'000);
+        CHECK(largest < 1'000'000);
+    }
+}
