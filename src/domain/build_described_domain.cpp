@@ -465,6 +465,9 @@ void DescribedDomain::assemble(Domain& domain) {
     }
     domain.names = names_;
     add_names(source_name_, domain);
+    // Of several names in one patch the borders are no features.
+    for (Index name = 0; name < domain.names.size(); ++name)
+        domain.name_group.push_back(domain.triangle_name.empty() ? name : 0);
     domain.dropped_triangles = surface_.dropped_triangles;
     domain.open_edges = surface_.open_edges;
     domain.nonmanifold_edges = surface_.nonmanifold_edges;

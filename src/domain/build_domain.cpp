@@ -134,6 +134,8 @@ Result<Domain> build_domain(const TriangleSoup& surface, const BoundaryOptions& 
     domain.names = surface.patch.empty() ? std::vector<std::string>{"surface"} : surface.patch_names;
     add_names(surface.patch.empty() ? std::vector<Index>(surface.triangles.size(), 0) : surface.patch,
               domain);
+    for (Index name = 0; name < domain.names.size(); ++name)
+        domain.name_group.push_back(options.patch_borders ? surface.group_of(name) : 0);
     domain.dropped_triangles = clean->dropped_triangles;
     domain.open_edges = clean->open_edges;
     domain.nonmanifold_edges = clean->nonmanifold_edges;

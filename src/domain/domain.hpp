@@ -33,6 +33,8 @@ struct Domain {
     /// feature); else empty.
     std::vector<Index> triangle_name;
     std::vector<std::string> names; ///< of patches as the input calls them
+    /// Per name: between patches of one group borders are features by their shape alone.
+    std::vector<Index> name_group;
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0; ///< of the input
 };
 

@@ -20,7 +20,9 @@ Result<Domain> drop_curves(const Domain& domain, std::span<const Index> curves, 
     });
     // Patches that become one are found by where they meet; curves say less of their sides than that does.
     for (DomainDescription::Curve& curve : left.curves) curve.patches.clear();
-    return build_domain(left, context);
+    auto dropped = build_domain(left, context);
+    if (dropped) dropped->name_group = domain.name_group;
+    return dropped;
 }
 
 } // namespace hexopt

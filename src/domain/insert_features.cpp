@@ -113,7 +113,8 @@ class FeatureInserter {
                 is_crease = std::atan2(glm::length(glm::cross(n, m)), glm::dot(n, m)) >
                             kCrease_deg * std::numbers::pi / 180;
                 if (!out_.soup.patch.empty())
-                    is_crease = is_crease || out_.soup.patch[beside[0]] != out_.soup.patch[beside[1]];
+                    is_crease = is_crease || out_.soup.group_of(out_.soup.patch[beside[0]]) !=
+                                                 out_.soup.group_of(out_.soup.patch[beside[1]]);
             }
             if (is_crease) creases_.insert(edge);
         }

@@ -303,8 +303,8 @@ bool may_give_up(const Domain& domain, Index curve, double below_deg) {
     if (domain.curve_open[curve] || std::max(180 - angle.smallest, angle.largest - 180) >= below_deg)
         return false;
     const std::span<const Index> own = domain.curve_patch[curve];
-    return !domain.triangle_name.empty() || own.size() < 2 ||
-           (own.size() == 2 && domain.patch_name[own[0]] == domain.patch_name[own[1]]);
+    const auto group = [&](Index patch) { return domain.name_group[domain.patch_name[patch]]; };
+    return own.size() < 2 || (own.size() == 2 && group(own[0]) == group(own[1]));
 }
 
 NarrowCurves find_narrow_curves(const Domain& domain, const std::function<double(const Point&)>& cell_size,

@@ -25,7 +25,7 @@ struct NarrowCurves {
 };
 
 /// Whether a curve may be given up: it turns by less than `below_deg` all along, is no edge of an open
-/// surface and parts no patches of different names.
+/// surface and parts no patches of different groups of names.
 bool may_give_up(const Domain& domain, Index curve, double below_deg);
 
 /// Finds where two curves converge until they meet, so that the patch between them ends in a cusp: the

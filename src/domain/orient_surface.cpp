@@ -205,6 +205,7 @@ OrientedSurface assemble(const TriangleSoup& soup, std::span<const Index> kept, 
     }
     result.soup.vertices = soup.vertices;
     result.soup.patch_names = soup.patch_names;
+    result.soup.patch_group = soup.patch_group;
     for (std::size_t k = 0; k < kept.size(); ++k) {
         report.sheet_triangles += leave_out[k];
         if (leave_out[k]) continue;

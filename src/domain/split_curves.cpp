@@ -175,7 +175,9 @@ class CurveSplitter {
 Result<Domain> split_curves(const Domain& domain, std::span<const CurveCut> cuts, Context& context) {
     CurveSplitter splitter(domain);
     if (Status done = splitter.split(cuts); !done) return done.error();
-    return build_domain(splitter.description(), context);
+    auto split = build_domain(splitter.description(), context);
+    if (split) split->name_group = domain.name_group;
+    return split;
 }
 
 } // namespace hexopt

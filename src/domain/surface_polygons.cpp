@@ -124,6 +124,9 @@ Status check_soup(const TriangleSoup& soup) {
     if (!soup.patch.empty() && soup.patch.size() != soup.triangles.size())
         return bad_surface(
             "", fmt::format("{} patch numbers for {} triangles", soup.patch.size(), soup.triangles.size()));
+    if (!soup.patch_group.empty() && soup.patch_group.size() != soup.patch_names.size())
+        return bad_surface("", fmt::format("groups of {} patches, names of {}", soup.patch_group.size(),
+                                           soup.patch_names.size()));
     for (std::size_t t = 0; t < soup.triangles.size(); ++t)
         for (Index v : soup.triangles[t]) {
             if (v >= soup.vertices.size())
@@ -187,7 +190,7 @@ Result<CleanSurface> clean_surface(const TriangleSoup& soup) {
         surface.polygons.normal.push_back(
             normal_of(soup.vertices[v[0]], soup.vertices[v[1]], soup.vertices[v[2]]));
         area = area || surface.polygons.normal.back() != Point(0);
-        surface.polygons.patch.push_back(soup.patch.empty() ? 0 : soup.patch[t]);
+        surface.polygons.patch.push_back(soup.patch.empty() ? 0 : soup.group_of(soup.patch[t]));
         surface.polygons.vertex.item.insert(surface.polygons.vertex.item.end(), v.begin(), v.end());
         surface.polygons.vertex.offset.push_back(surface.polygons.vertex.item.size());
     }

@@ -81,10 +81,11 @@ template <class Archive, class Outcome, class Failure>
 bool pass(Archive& archive, Outcome& outcome, Failure& error) {
     auto& soup = outcome.surface.soup;
     return archive.numbers(soup.vertices) && archive.numbers(soup.triangles) && archive.numbers(soup.patch) &&
-           archive.texts(soup.patch_names) && archive.numbers(outcome.surface.patch_colour) &&
-           archive.number(outcome.surface.face_count) && archive.number(outcome.surface.failed_faces) &&
-           archive.numbers(outcome.points) && archive.texts(outcome.warnings) && archive.number(error.code) &&
-           archive.text(error.stage) && archive.text(error.where) && archive.texts(error.reasons);
+           archive.texts(soup.patch_names) && archive.numbers(soup.patch_group) &&
+           archive.numbers(outcome.surface.patch_colour) && archive.number(outcome.surface.face_count) &&
+           archive.number(outcome.surface.failed_faces) && archive.numbers(outcome.points) &&
+           archive.texts(outcome.warnings) && archive.number(error.code) && archive.text(error.stage) &&
+           archive.text(error.where) && archive.texts(error.reasons);
 }
 
 } // namespace

@@ -314,8 +314,8 @@ bool names_differ(const TopTools_IndexedMapOfShape& faces, const FaceLabels& lab
     return false;
 }
 
-Result<CadSurface> gather(const std::string& file, const CadShape& cad, const Context& context,
-                          std::vector<std::string>& warnings) {
+Result<CadSurface> gather(const std::string& file, const CadShape& cad, const TessellationOptions& options,
+                          const Context& context, std::vector<std::string>& warnings) {
     TopTools_IndexedMapOfShape faces;
     TopExp::MapShapes(cad.shape, TopAbs_FACE, faces);
     CadSurface surface;
@@ -323,6 +323,8 @@ Result<CadSurface> gather(const std::string& file, const CadShape& cad, const Co
     SurfaceBuilder patches(context);
     Gatherer gatherer(surface.soup);
     const bool use_names = names_differ(faces, cad.labels);
+    std::vector<Index>& group = surface.soup.patch_group;
+    Index unnamed = kNoIndex; ///< the group of faces without a name
     for (int f = 1; f <= faces.Extent(); ++f) {
         const FaceLabel* label = cad.labels.Seek(faces(f).Located(TopLoc_Location()));
         const bool is_named = use_names && label != nullptr && !label->name.empty();
@@ -334,6 +336,11 @@ Result<CadSurface> gather(const std::string& file, const CadShape& cad, const Co
             continue;
         }
         const Index patch = patches.patch_of(name);
+        if (patch == group.size()) group.push_back(patch);
+        if (!is_named && !options.unnamed_borders) {
+            if (unnamed == kNoIndex) unnamed = patch;
+            group[patch] = unnamed;
+        }
         surface.soup.patch.resize(surface.soup.triangles.size(), patch);
         surface.patch_colour.resize(patches.soup.patch_names.size());
         if (label != nullptr && !surface.patch_colour[patch]) surface.patch_colour[patch] = label->colour;
@@ -385,7 +392,7 @@ Result<CadSurface> load_surface(CadFormat format, const std::string& file, std::
     CadShape cad;
     if (const Status status = load_cad_shape(format, file, bytes, options, cad); !status)
         return status.error();
-    return gather(file, cad, context, warnings);
+    return gather(file, cad, options, context, warnings);
 }
 
 } // namespace

@@ -14,6 +14,7 @@ namespace hexopt {
 struct TessellationOptions {
     double deflection_rel = 1e-4; ///< distance of triangles from the surface, of the diagonal; 1e-7..0.1
     double angle_deg = 10;        ///< turn of the normal along one edge; 1..90
+    bool unnamed_borders = false; ///< faces that the file does not name are patches of their own groups
 };
 
 /// A CAD file as triangles.

@@ -24,6 +24,9 @@ void append(TriangleSoup& all, TriangleSoup part, const std::string& stem) {
         number.assign(1, patch_of(all, stem));
         part.patch.assign(part.triangles.size(), 0);
     }
+    for (auto p = static_cast<Index>(all.patch_group.size()); p < all.patch_names.size(); ++p)
+        all.patch_group.push_back(p);
+    for (Index p = 0; p < number.size(); ++p) all.patch_group[number[p]] = number[part.group_of(p)];
     for (std::size_t t = 0; t < part.triangles.size(); ++t) {
         const auto& [a, b, c] = part.triangles[t];
         all.triangles.push_back({first + a, first + b, first + c});

@@ -172,6 +172,7 @@ Result<SeededSurface> keep_around_seeds(TriangleSoup soup, std::span<const Point
         if (!soup.patch.empty()) result.soup.patch.push_back(soup.patch[t]);
     }
     result.soup.patch_names = std::move(soup.patch_names);
+    result.soup.patch_group = std::move(soup.patch_group);
     return result;
 }
 

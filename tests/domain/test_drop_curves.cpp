@@ -1,5 +1,6 @@
 #include "domain/drop_curves.hpp"
 
+#include "domain/narrow_curves.hpp"
 #include "mesh/hex_reference.hpp"
 
 #include <catch2/catch.hpp>
@@ -21,6 +22,55 @@ Result<Domain> cube_domain(Context& context) {
 }
 
 } // namespace
+
+TEST_CASE("borders between patches of one group are features by their shape alone, and may be given up") {
+    Context context(1);
+    TriangleSoup soup;
+    for (int v = 0; v < 8; ++v)
+        soup.vertices.emplace_back(hex::kVertexX[v], hex::kVertexY[v], hex::kVertexZ[v]);
+    for (const auto& f : hex::kFaceVertex) { // each face of the cube is two patches
+        soup.triangles.push_back({f[0], f[1], f[2]});
+        soup.triangles.push_back({f[0], f[2], f[3]});
+        for (int k = 0; k < 2; ++k) {
+            soup.patch.push_back(static_cast<Index>(soup.patch_names.size()));
+            soup.patch_names.push_back("face_" + std::to_string(soup.patch_names.size() + 1));
+        }
+    }
+    const auto own = build_domain(soup, {}, context);
+    REQUIRE(own);
+    CHECK(own->model.curve_count() == 18);
+    CHECK_FALSE(may_give_up(*own, 0, 180));
+
+    soup.patch_group.assign(12, 0);
+    const auto joined = build_domain(soup, {}, context);
+    REQUIRE(joined);
+    CHECK(joined->model.curve_count() == 12);
+    CHECK(joined->model.patch_count() == 6);
+    CHECK(joined->triangle_name.size() == 12); // every triangle keeps its name
+    const auto less = drop_curves(*joined, std::array{Index{3}}, context);
+    REQUIRE(less);
+    for (Index c = 0; c < less->model.curve_count(); ++c) {
+        CHECK(may_give_up(*joined, c, 100));
+        CHECK(may_give_up(*less, c, 100));
+    }
+
+    soup.patch_group[0] = soup.patch_group[1] = 1; // a side of the cube that has a name
+    const auto named = build_domain(soup, {}, context);
+    REQUIRE(named);
+    CHECK(named->model.curve_count() == 12);
+    const auto fewer = drop_curves(*named, std::array{Index{11}}, context);
+    REQUIRE(fewer);
+    std::size_t kept = 0;
+    for (Index c = 0; c < 11; ++c) {
+        CHECK(may_give_up(*named, c, 100) == may_give_up(*fewer, c, 100));
+        kept += !may_give_up(*named, c, 100);
+    }
+    kept += !may_give_up(*named, 11, 100);
+    CHECK(kept == 4);
+
+    soup.patch_group.pop_back();
+    CHECK(build_domain(soup, {}, context).error().code == ErrorCode::bad_input);
+}
 
 TEST_CASE("dropping one curve of a cube joins its two patches and leaves the rest") {
     Context context(1);

@@ -69,6 +69,7 @@ TEST_CASE("a STEP box keeps its names, unnamed faces are numbered") {
     const CadSurface cad = read_whole(step_of_box());
     CHECK(cad.face_count == 6);
     CHECK(cad.soup.patch_names == std::vector<std::string>{"inlet", "wall", "face_4", "face_5", "face_6"});
+    CHECK(cad.soup.patch_group == std::vector<Index>{0, 1, 2, 2, 2});
     CHECK(cad.soup.triangles.size() == 12);
     CHECK(cad.soup.vertices.size() == 8);
     CHECK(volume_of(cad.soup) == Approx(24).epsilon(1e-12));

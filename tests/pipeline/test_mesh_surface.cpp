@@ -256,6 +256,7 @@ TEST_CASE("several files: each is a patch named after it") {
     REQUIRE(mixed);
     CHECK(mixed->patch_names.size() == 7);
     CHECK(mixed->patch_names.back() == "both.up");
+    for (Index p = 0; p < 7; ++p) CHECK(mixed->group_of(p) == p);
     CHECK(read_surfaces({files[0], scratch / "none.stl"}, {}, context).error().code == ErrorCode::bad_input);
 
     MeshJob job;
