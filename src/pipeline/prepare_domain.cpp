@@ -33,6 +33,8 @@ TriangleSoup add_farfield(TriangleSoup surface, const Box& box) {
             surface.triangles.push_back({first + side[a], first + side[b], first + side[c]});
             surface.patch.push_back(static_cast<Index>(surface.patch_names.size()));
         }
+        if (!surface.patch_group.empty())
+            surface.patch_group.push_back(static_cast<Index>(surface.patch_names.size()));
         surface.patch_names.emplace_back(kNames[f]);
     }
     return surface;
