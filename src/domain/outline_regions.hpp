@@ -28,9 +28,8 @@ struct RegionReport {
 /// that is in no region), bad_input (nothing is left).
 Result<Outline> choose_regions(Outline outline, const RegionChoice& choice, RegionReport& report);
 
-/// A rectangle as the first loop, its sides the patches farfield_x_min, ..., named after
-/// the model's axes. Errors: usage (an empty
-/// rectangle, a point of the outline that is not inside).
+/// A rectangle as the first loop, its sides the patches farfield_x_min, ..., named after the model's axes.
+/// Errors: usage (an empty rectangle, a point of the outline that is not inside).
 Result<Outline> add_farfield(Outline outline, const Box2& box);
 
 /// Bounding box of all loops, or where the first loop encloses the others and is a rectangle along the axes

@@ -76,6 +76,12 @@ TEST_CASE("a STEP box keeps its names, unnamed faces are numbered") {
     CHECK(unbalanced_edges(cad.soup) == 0);
 }
 
+TEST_CASE("unnamed CAD faces are groups of their own where that is asked for") {
+    TessellationOptions options;
+    options.unnamed_borders = true;
+    CHECK(read_whole(step_of_box(), options).soup.patch_group == std::vector<Index>{0, 1, 2, 3, 4});
+}
+
 TEST_CASE("a STEP cylinder is closed, within the tolerance and coloured") {
     const std::string bytes = step_of_cylinder();
     double last_error = 1;
