@@ -118,8 +118,9 @@ void archive(A& a, SkippedSheet& value) {
 
 template <class A>
 void archive(A& a, BufferReport& value) {
-    auto& [before, after, groups, spared, pillows, collars, passes, joined_groups, skipped] = value;
-    a(before, after, groups, spared, pillows, collars, passes, joined_groups, skipped);
+    auto& [before, after, groups, spared, spared_quads, pillows, collars, passes, joined_groups, skipped] =
+        value;
+    a(before, after, groups, spared, spared_quads, pillows, collars, passes, joined_groups, skipped);
 }
 
 template <class A>
@@ -262,8 +263,8 @@ bool fits(const MeshAttempt& attempt, const Domain& domain) {
            (!attempt.stats || fits(*attempt.stats, cells));
 }
 
-/// What is known of the octree before the first attempt.
-bool fits(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain) {
+/// What is known of the octree before the first attempt, which is fitted to the domain `own`.
+bool fits(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain, const Domain& own) {
     if (!counts.trimmed) return !counts.fitted;
     const TrimOutput& trimmed = *counts.trimmed;
     const HexMesh& kept = counts.fitted ? counts.fitted->fitted.mesh : trimmed.kept;
@@ -276,7 +277,7 @@ bool fits(const AttemptCounts& counts, const HexMesh& octree, const Domain& doma
                            return spot.cell < cells && spot.patch < domain.model.patch_count() &&
                                   spot.part < trimmed.bare_parts.size();
                        }) &&
-           (!counts.fitted || (fits(counts.fitted->fitted, domain) && fits(counts.fitted->report, domain) &&
+           (!counts.fitted || (fits(counts.fitted->fitted, own) && fits(counts.fitted->report, own) &&
                                are_below(counts.fitted->refine_cells, kept.cell_count())));
 }
 
@@ -289,25 +290,34 @@ bool are_curves_of(const Domain& domain, const std::vector<Index>& list) {
            std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
 }
 
+/// The domain without these curves; none where there are none of them.
+Result<std::optional<Domain>> leave_out(const Domain& domain, const std::vector<Index>& curves,
+                                        Context& context) {
+    if (!are_curves_of(domain, curves)) return refusal("its curves are not the surface's");
+    if (curves.empty()) return std::optional<Domain>();
+    auto left = drop_curves(domain, curves, context);
+    if (!left) return left.error();
+    return std::optional<Domain>(std::move(*left));
+}
+
 Status complete(std::optional<MeshAttempt>& attempt, const Domain& domain, Context& context) {
     if (!attempt) return Done{};
-    if (!are_curves_of(domain, attempt->dropped)) return refusal("its curves are not the surface's");
-    std::optional<Domain> reduced;
-    if (!attempt->dropped.empty()) {
-        auto left = drop_curves(domain, attempt->dropped, context);
-        if (!left) return left.error();
-        reduced = std::move(*left);
-    }
-    if (!fits(*attempt, reduced ? *reduced : domain)) return refusal("its mesh does not fit the surface");
+    const auto reduced = leave_out(domain, attempt->dropped, context);
+    if (!reduced) return reduced.error();
+    if (!fits(*attempt, *reduced ? **reduced : domain)) return refusal("its mesh does not fit the surface");
     const HexMesh& mesh = attempt->fitted.mesh;
     if (Status sound = require_structure(mesh, "checkpoint", context.parallel()); !sound) return sound;
     attempt->topology = compute_topology(mesh, context.parallel());
     return Done{};
 }
 
-Status complete(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain, Context& context) {
-    if (!fits(counts, octree, domain)) return refusal("what it knows of its octree does not fit that");
-    if (!counts.trimmed) return Done{};
+Status complete(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain,
+                const std::vector<Index>& narrow, Context& context) {
+    if (!counts.trimmed && !counts.fitted) return Done{};
+    const auto reduced = leave_out(domain, narrow, context);
+    if (!reduced) return reduced.error();
+    if (!fits(counts, octree, domain, *reduced ? **reduced : domain))
+        return refusal("what it knows of its octree does not fit that");
     const HexMesh& kept = counts.fitted ? counts.fitted->fitted.mesh : counts.trimmed->kept;
     return require_structure(kept, "checkpoint", context.parallel());
 }
@@ -365,7 +375,9 @@ Result<MeshState> read_state(ArchiveReader& reader, const Domain& given, std::ve
         split = std::move(*made);
     }
     const Domain& domain = split ? *split : given;
-    if (Status done = complete(state.counts, state.octree.open(context).octree, domain, context); !done)
+    if (Status done =
+            complete(state.counts, state.octree.open(context).octree, domain, state.narrow, context);
+        !done)
         return done.error();
     if (!are_curves_of(domain, state.narrow) || !are_curves_of(domain, state.dropped) ||
         !std::includes(state.dropped.begin(), state.dropped.end(), state.narrow.begin(), state.narrow.end()))

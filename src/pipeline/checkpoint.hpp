@@ -10,7 +10,7 @@
 namespace hexopt {
 
 /// Of what a checkpoint stores; raised with every change of that.
-constexpr std::uint32_t kCheckpointFormat = 7;
+constexpr std::uint32_t kCheckpointFormat = 8;
 
 /// Where a run keeps its state between stages: one file in a folder, replaced at once.
 class Checkpoint {

@@ -6,7 +6,6 @@
 #include "pipeline/make_attempts.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
-#include "pipeline/narrow_features.hpp"
 #include "pipeline/refine_to_count.hpp"
 #include "pipeline/rescue_mesh.hpp"
 #include "pipeline/trim_rounds.hpp"
@@ -254,25 +253,13 @@ Status check_options(const MeshOptions& options) {
 }
 
 /// Gives up features, or parts of them, beside which no cells fit.
-Status give_up_narrow(MeshState& state, FeatureDomains& domains, const MeshOptions& options,
-                      StageClock& clock, Context& context) {
-    if (!options.feature_lines.empty()) return Done{};
-    return clock.run("narrow_features", [&]() -> Status {
-        NarrowOptions narrow;
-        narrow.width = options.narrow_cells;
-        narrow.below_deg = options.noise_angle_deg;
-        NarrowCurves found = find_narrow_features(domains.whole(), state.octree.open(context).octree, narrow);
-        if (found.narrow.empty()) return Done{};
-        if (Status done = domains.split(found.cuts, context); !done) return done;
-        if (!found.cuts.empty()) state.counts.trims.memory = {}; // which numbers triangles
-        state.cuts = std::move(found.cuts);
-        state.dropped = state.narrow = std::move(found.narrow);
-        if (state.counts.fitted) { // which follows them, and took the trimmed mesh
-            state.counts.fitted.reset();
-            state.counts.trimmed.reset();
-        }
-        return Done{};
-    });
+Status give_up_narrow(MeshState& state, NarrowCurves narrow, FeatureDomains& domains, Context& context) {
+    if (narrow.narrow.empty()) return Done{};
+    if (Status done = domains.split(narrow.cuts, context); !done) return done;
+    if (!narrow.cuts.empty()) state.counts.trims.memory = {}; // which numbers triangles
+    state.cuts = std::move(narrow.cuts);
+    state.dropped = state.narrow = std::move(narrow.narrow);
+    return Done{};
 }
 
 /// From the checkpoint where that holds a state, else from refining.
@@ -293,7 +280,8 @@ Result<MeshState> start_or_resume(FeatureDomains& domains, const MeshOptions& op
     state.counts.trims = std::move(counted->rounds);
     state.counts.trimmed = std::move(counted->trimmed);
     state.counts.fitted = std::move(counted->fitted);
-    if (Status done = give_up_narrow(state, domains, options, clock, context); !done) return done.error();
+    if (Status done = give_up_narrow(state, std::move(counted->narrow), domains, context); !done)
+        return done.error();
     Saving{checkpoint, clock, context}.save(state);
     return state;
 }

@@ -1,5 +1,7 @@
 #include "pipeline/refine_to_count.hpp"
 
+#include "pipeline/narrow_features.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -10,23 +12,22 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kAim = 0.95;       ///< of what is wanted
-constexpr double kGoodRatio = 1.15; ///< between what is aimed at and what leaves promise
-constexpr double kFewFinished = 0.8,
-                 kManyFinished = 1.35; ///< of it, expected once the octree has been fitted
-constexpr double kMost = 1.4;          ///< of what is wanted, with repairs
-constexpr int kTrials = 5;             ///< of sizes, for one promise of what leaves come to
+constexpr double kAim = 0.98;       ///< of what is wanted: repairs of failing cells come on top
+constexpr double kGoodRatio = 1.06; ///< between what is aimed at and what leaves promise
+/// Of it, expected once an octree has been fitted: what is near enough to keep the first one, and the second.
+constexpr double kFewFinished[] = {0.87, 0.77}, kManyFinished[] = {1.22, 1.3};
+constexpr double kMost = 1.4; ///< of what is wanted, with repairs
+constexpr int kTrials = 5;    ///< of sizes, for one promise of what leaves come to
 /// With fewer cells what steep chords and narrow places take cannot be told beforehand: chords are always
 /// followed then, narrow places never refined, thin walls without layers of cells.
 constexpr double kLeastForeseen = 20000;
-constexpr int kMostFitted = 2; ///< octrees of about the size wanted; one more where layers change with it
+constexpr int kMostFitted = 3; ///< octrees of about the size wanted
 /// Of what is wanted: what makes larger cells worth trying before any is halved in walls. Up to 2.3 times
 /// fewer than promised there were kept.
 constexpr double kFarTooMany = 3;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 constexpr double kLargelyBare = 0.1; ///< share of the surface; larger cells are not tried then
-/// Layers are counted on a mesh of about this part of the cells wanted, within limits: they hang on the model
-/// more than on the size.
+/// Layers are counted on a mesh of about this part of the cells wanted, within limits.
 constexpr double kProbeShare = 0.12, kLeastProbe = 1500, kMostProbe = 10e3;
 constexpr double kProbeRatio = 2.5;
 constexpr int kProbeTrials = 3;
@@ -34,13 +35,11 @@ constexpr int kNarrowLevels = 4;     ///< where the surface would be left bare, 
 constexpr double kNextStep = 1.3;    ///< of sizes, where trials contradict one another
 constexpr double kUsualExcess = 8;   ///< over SizeTrials::first_size(), by criteria of shape
 constexpr double kUsualLayers = 2;   ///< cells of buffer layers a quad of the trimmed surface
-constexpr double kSameShare = 0.05;  ///< of the surface without layers, between the small mesh and another
 constexpr double kUsualPerCut = 1.7; ///< cells a leaf that the surface meets, beyond those inside
-/// Finished cells per cell promised, by the share of cells at features that fitting asks to be refined; on
-/// the real models at 15,000 and 60,000 cells they lie within 20 % of it.
-constexpr double kFinishedShare = 0.92, kRepairGrowth = 3;
-constexpr double kMostGrowth = 1.5;   ///< no more is made up for: large cells only need more repairs
-constexpr double kUsualGrowth = 1.4;  ///< where the small mesh could not tell
+/// Finished cells per cell promised, by the share of cells at features that fitting asks to be refined.
+constexpr double kRepairGrowth = 2;
+constexpr double kUsualGrowth = 1.2;  ///< where the small mesh could not tell
+constexpr double kMostGrowth = 1.3;   ///< no more is made up for: large cells only need more repairs
 constexpr double kProbeRepairs = 0.3; ///< share of such cells, for each in the small mesh
 constexpr double kCellsPerRepair = 3; ///< of the finished mesh for each leaf that a repair adds
 
@@ -49,18 +48,28 @@ struct Counted {
     double size, inside, cut;
 };
 
+/// What trimming and layers make of an octree.
+struct Found {
+    double cells = 0;
+    double at_ridges = 0; ///< of these, in layers that end some quads from a ridge: as the ridges' length
+};
+
 /// Cells of the finished mesh by its octree's leaves.
 struct Promise {
     double per_inside = 1, per_cut = kUsualPerCut;
-    double operator()(const Counted& c) const { return per_inside * c.inside + per_cut * c.cut; }
+    double per_ridge = 0; ///< a cell's length of ridges, which go as the square root of the leaves cut
+    double operator()(const Counted& c) const {
+        return per_inside * c.inside + per_cut * c.cut + per_ridge * std::sqrt(c.cut);
+    }
 
     /// Such that these leaves give so many cells.
-    void fit(const Counted& c, double cells) {
-        if (cells > c.inside && c.cut > 0)
-            *this = {1, (cells - c.inside) / c.cut};
+    void fit(const Counted& c, const Found& found) {
+        const double even = found.cells - found.at_ridges;
+        if (even > c.inside && c.cut > 0)
+            *this = {1, (even - c.inside) / c.cut, found.at_ridges / std::sqrt(c.cut)};
         else // only part of the inside is meshed
-            *this = {cells / (c.inside + kUsualPerCut * c.cut),
-                     kUsualPerCut * cells / (c.inside + kUsualPerCut * c.cut)};
+            *this = {found.cells / (c.inside + kUsualPerCut * c.cut),
+                     kUsualPerCut * found.cells / (c.inside + kUsualPerCut * c.cut), 0};
     }
 };
 
@@ -78,11 +87,10 @@ class CountSearch {
         }
         if (Status ok = clock.run("count", [&] { return probe(); }); !ok) return ok.error();
         for (int round = 1;; ++round) {
-            const double most_kept =
-                round < most_fitted_ ? kFarTooMany * wanted_ / per_wall_cell() : kEndless;
+            const double most_kept = round < kMostFitted ? kFarTooMany * wanted_ / per_wall_cell() : kEndless;
             auto refined = clock.run("refine", [&] { return refine_near(kAim * wanted_ / growth_); });
             if (!refined) return refined.error();
-            CountedOctree counted{std::move(*refined), {}, {}, {}};
+            CountedOctree counted{std::move(*refined), {}, {}, {}, {}};
             auto trimmed = clock.run("trim", [&] {
                 return trim_in_rounds(counted.refined, domain_, trim_options(options_),
                                       options_.refine.max_cells, counted.rounds, context_, leak_,
@@ -90,46 +98,43 @@ class CountSearch {
             });
             if (!trimmed) return trimmed.error();
             if (const double kept = kept_once_halved(counted.refined, *trimmed); kept > most_kept) {
-                promise_.fit(seen_.back(), kept * per_wall_cell());
+                promise_.fit(seen_.back(), {kept * per_wall_cell(), 0});
                 continue;
             }
             counted.trimmed = std::move(*trimmed);
             if (!check_coverage(*counted.trimmed)) {
-                if (round == most_fitted_ || growth_ <= kFinishedShare) return counted; // will be refused
-                growth_ = kFinishedShare; // smaller cells, as if there were no repairs
+                if (round == kMostFitted || growth_ <= 1) return counted; // will be refused
+                growth_ = 1; // smaller cells, as if there were no repairs
                 if (!std::exchange(steep_, true)) {
                     trials_.require_steep(); // thin walls are curved as a rule
                     seen_.clear();
                 }
                 continue;
             }
-            auto fitted = clock.run("fit", [&] {
-                return fit_boundary(std::move(counted.trimmed->kept), domain_, options_.fit, context_);
-            });
-            if (!fitted) return fitted.error();
-            growth_ = growth_by(fitted->refine_cells.size(), counted.trimmed->report.kept_cells, 1);
-            if (Status ok =
-                    clock.run("count", [&] { return recount_layers(*counted.trimmed, fitted->fitted); });
-                !ok)
-                return ok.error();
-            const double found = with_layers(counted.trimmed->report);
-            const double finished = growth_ * found, ratio = finished / (kAim * wanted_);
+            if (Status ok = fit(counted, clock); !ok) return ok.error();
+            const TrimReport& trim = counted.trimmed->report;
+            growth_ = growth_by(counted.fitted->refine_cells.size(), trim.kept_cells, 1);
+            const auto found = clock.run("count", [&] { return count_layers(counted); });
+            if (!found) return found.error();
+            const double finished = growth_ * found->cells, ratio = finished / (kAim * wanted_);
             context_.log(LogLevel::debug,
                          fmt::format("size {:.4g}: {:.0f} cells promised, {:.0f} found, some {:.0f} "
                                      "expected of {:.0f} wanted",
-                                     seen_.back().size, promise_(seen_.back()), found, finished, wanted_));
-            counted.fitted = std::move(*fitted);
-            const bool as_wanted = ratio > kFewFinished && ratio < kManyFinished;
-            if (round == most_fitted_ || as_wanted ||
-                (ratio > 1 && is_largely_bare(counted.trimmed->report))) {
-                leave_room(counted.refined, found);
+                                     seen_.back().size, promise_(seen_.back()), found->cells, finished,
+                                     wanted_));
+            if (is_enough(ratio, round) || (ratio > 1 && is_largely_bare(trim))) {
+                leave_room(counted.refined, found->cells);
                 return counted;
             }
-            promise_.fit(seen_.back(), found);
+            promise_.fit(seen_.back(), *found);
         }
     }
 
   private:
+    static bool is_enough(double ratio, int round) {
+        return round == kMostFitted || (ratio > kFewFinished[round - 1] && ratio < kManyFinished[round - 1]);
+    }
+
     /// Tries sizes until the promise is within `ratio` of `cells`; the last one.
     Result<SizeTrials::Trial> find(double cells, double ratio, int most) {
         for (int count = 1;; ++count) {
@@ -177,19 +182,31 @@ class CountSearch {
     /// Finished cells for each cell in a wall that is one cell thick.
     double per_wall_cell() const { return 1 + 2 * layers_; }
 
-    double with_layers(const TrimReport& report) const {
-        return static_cast<double>(report.kept_cells) + layers_ * static_cast<double>(report.surface_quads);
-    }
-
     int narrow_levels() const {
         return options_.refine.gap_levels > 0 && wanted_ >= kLeastForeseen ? kNarrowLevels : 0;
     }
 
     /// share: of such cells that counts.
     double growth_by(std::size_t refine_cells, std::size_t cells, double share) const {
-        if (options_.fit_repairs == 0) return kFinishedShare;
+        if (options_.fit_repairs == 0) return 1;
         const double part = share * static_cast<double>(refine_cells) / static_cast<double>(cells);
-        return std::min(kFinishedShare + kRepairGrowth * std::sqrt(part), kMostGrowth);
+        return std::min(1 + kRepairGrowth * std::sqrt(part), kMostGrowth);
+    }
+
+    /// Fits what trimming kept to the domain without what is too narrow for its cells.
+    Status fit(CountedOctree& counted, StageClock& clock) {
+        auto left = clock.run("narrow_features", [&] {
+            counted.narrow = find_narrow_features(domain_, counted.refined.octree, options_);
+            return leave_out(domain_, counted.narrow, context_);
+        });
+        if (!left) return left.error();
+        own_ = std::move(*left);
+        auto fitted = clock.run("fit", [&] {
+            return fit_boundary(std::move(counted.trimmed->kept), own(), options_.fit, context_);
+        });
+        if (!fitted) return fitted.error();
+        counted.fitted = std::move(*fitted);
+        return Done{};
     }
 
     /// Counts what buffer layers add on a small mesh, and what its leaves come to.
@@ -197,52 +214,41 @@ class CountSearch {
         const double cells = std::clamp(kProbeShare * wanted_, kLeastProbe, kMostProbe);
         auto trial = find(std::min(cells, wanted_), kProbeRatio, kProbeTrials);
         if (!trial) return trial.error();
-        RefineOutput refined = trials_.finish(std::move(*trial));
-        TrimRounds rounds;
+        CountedOctree small{trials_.finish(std::move(*trial)), {}, {}, {}, {}};
         TrimOptions how = options_.trim;
         how.thinnest_wall_h = 0; // there may be many at this size
-        auto trimmed =
-            trim_in_rounds(refined, domain_, how, options_.refine.max_cells, rounds, context_, leak_);
+        auto trimmed = trim_in_rounds(small.refined, domain_, how, options_.refine.max_cells, small.rounds,
+                                      context_, leak_);
         if (!trimmed && trimmed.error().code == ErrorCode::cancelled) return trimmed.error();
         // What is too thin for few cells need not be for many, and tells nothing of them.
         if (!trimmed || !check_coverage(*trimmed)) return Done{};
-        if (options_.buffers)
-            if (Status ok = count_layers(*trimmed); !ok) return ok;
-        promise_.fit(seen_.back(), with_layers(trimmed->report));
+        small.trimmed = std::move(*trimmed);
+        StageClock unused; // the whole probe is one stage
+        if (Status ok = fit(small, unused); !ok) return ok;
+        growth_ =
+            growth_by(small.fitted->refine_cells.size(), small.trimmed->report.kept_cells, kProbeRepairs);
+        const auto found = count_layers(small);
+        if (!found) return found.error();
+        promise_.fit(seen_.back(), *found);
         return Done{};
     }
 
-    Status count_layers(const TrimOutput& trimmed) {
-        auto fitted = fit_boundary(trimmed.kept, domain_, options_.fit, context_);
-        if (!fitted) return fitted.error();
-        growth_ = growth_by(fitted->refine_cells.size(), trimmed.report.kept_cells, kProbeRepairs);
-        const auto spared = find_spared_share(fitted->fitted, domain_, options_.buffer, context_);
-        if (!spared) return spared.error();
-        spared_ = *spared;
-        return count_layers(trimmed.report, std::move(fitted->fitted));
-    }
-
-    Status count_layers(const TrimReport& trimmed, FittedMesh fitted) {
-        const auto cells = static_cast<double>(fitted.mesh.cell_count());
+    /// What a fitted mesh comes to with its layers.
+    Result<Found> count_layers(const CountedOctree& counted) {
+        const auto kept = static_cast<double>(counted.fitted->fitted.mesh.cell_count());
+        if (!options_.buffers) return Found{kept, 0};
         BufferOptions unrelaxed = options_.buffer;
         unrelaxed.relax_sweeps = 0; // moves vertices only
-        const auto buffered = insert_buffers(std::move(fitted), domain_, unrelaxed, context_);
+        const auto buffered = insert_buffers(counted.fitted->fitted, own(), unrelaxed, context_);
         if (!buffered) return buffered.error();
-        if (trimmed.surface_quads > 0)
-            layers_ = (static_cast<double>(buffered->fitted.mesh.cell_count()) - cells) /
-                      static_cast<double>(trimmed.surface_quads);
-        return Done{};
+        const auto quads = static_cast<double>(counted.trimmed->report.surface_quads);
+        const auto cells = static_cast<double>(buffered->fitted.mesh.cell_count());
+        if (quads > 0) layers_ = (cells - kept) / quads;
+        const double even = quads - static_cast<double>(buffered->report.spared_quads);
+        return Found{cells, std::max(0.0, cells - kept - even)};
     }
 
-    /// Which walls need no layers hangs on the size of the cells.
-    Status recount_layers(const TrimOutput& trimmed, const FittedMesh& fitted) {
-        if (!options_.buffers) return Done{};
-        const auto spared = find_spared_share(fitted, domain_, options_.buffer, context_);
-        if (!spared) return spared.error();
-        if (std::abs(*spared - std::exchange(spared_, *spared)) < kSameShare) return Done{};
-        most_fitted_ = kMostFitted + 1;
-        return count_layers(trimmed.report, fitted);
-    }
+    const Domain& own() const { return own_ ? *own_ : domain_; }
 
     /// The size for so many cells, by the law of the two trials nearest to it; first by that of cells on a
     /// surface, where most of a mesh's are. Always between the nearest sizes that gave too many and too few.
@@ -281,8 +287,7 @@ class CountSearch {
     Context& context_;
     LeakPath* leak_;
     double wanted_, layers_ = options_.buffers ? kUsualLayers : 0, growth_ = kUsualGrowth;
-    int most_fitted_ = kMostFitted;
-    double spared_ = 0; ///< share of the surface without layers where they were counted
+    std::optional<Domain> own_; ///< the domain without what was too narrow last; none: the whole one
     Promise promise_;
     std::vector<Counted> seen_; ///< of one kind: all with what steep chords ask for, or all without
     bool asked_for_steep_ = false, steep_ = false;
@@ -302,7 +307,10 @@ Result<CountedOctree> refine_to_count(const Domain& domain, const MeshOptions& o
     if (options.refine.surface.is_given()) {
         auto refined = clock.run("refine", [&] { return refine(domain, options.refine, context); });
         if (!refined) return refined.error();
-        return CountedOctree{std::move(*refined), {}, {}, {}};
+        CountedOctree counted{std::move(*refined), {}, {}, {}, {}};
+        counted.narrow = clock.run(
+            "narrow_features", [&] { return find_narrow_features(domain, counted.refined.octree, options); });
+        return counted;
     }
     auto trials = SizeTrials::create(domain, options.refine, context);
     if (!trials) return trials.error();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "domain/narrow_curves.hpp"
 #include "pipeline/mesh_surface.hpp"
 #include "pipeline/trim_rounds.hpp"
 
@@ -11,8 +12,9 @@ namespace hexopt {
 struct CountedOctree {
     RefineOutput refined;
     TrimRounds rounds;
+    NarrowCurves narrow;               ///< what attempts go without, too narrow for the octree's cells
     std::optional<TrimOutput> trimmed; ///< without `kept` where `fitted` is there
-    std::optional<FitOutput> fitted;
+    std::optional<FitOutput> fitted;   ///< to leave_out(domain, narrow)
 };
 
 /// How octrees are trimmed: as options.trim says, but where fewer than 20,000 cells are wanted thin walls get

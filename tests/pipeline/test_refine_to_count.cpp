@@ -1,5 +1,8 @@
 // Whether meshes get as many cells as they were asked for, buffer layers and repairs included.
 #include "pipeline/refine_to_count.hpp"
+
+#include "domain/tapered_chamfer.hpp"
+#include "pipeline/narrow_features.hpp"
 #include "refine/surfaces.hpp"
 #include "samples/geometry/geometries.hpp"
 
@@ -126,4 +129,45 @@ TEST_CASE("the octree that was counted is not trimmed and fitted again") {
     REQUIRE(fitted);
     CHECK(fitted->fitted.mesh.positions == counted->fitted->fitted.mesh.positions);
     CHECK(fitted->fitted.mesh.cells == counted->fitted->fitted.mesh.cells);
+}
+
+TEST_CASE("narrow features are given up before cells are counted, and what was fitted without them is kept") {
+    Context context(1);
+    BoundaryOptions features;
+    features.feature_angle_deg = 20;
+    const auto domain = build_domain(test::tapered_chamfer(), features, context);
+    REQUIRE(domain);
+    MeshOptions options;
+    options.refine.target_cells = 3000;
+    StageClock clock;
+    auto counted = refine_to_count(*domain, options, clock, context, nullptr);
+    REQUIRE((counted && counted->trimmed && counted->fitted));
+    REQUIRE(counted->narrow.narrow.size() == 1);
+    CHECK(counted->narrow.narrow == find_narrow_features(*domain, counted->refined.octree, options).narrow);
+    const auto own = leave_out(*domain, counted->narrow, context);
+    REQUIRE((own && *own));
+    CHECK((*own)->model.curve_count() + 1 == domain->model.curve_count() + counted->narrow.cuts.size());
+    TrimRounds rounds;
+    auto trimmed = trim_in_rounds(counted->refined, *domain, trim_options(options), options.refine.max_cells,
+                                  rounds, context, nullptr);
+    REQUIRE(trimmed);
+    const auto fitted = fit_boundary(std::move(trimmed->kept), **own, options.fit, context);
+    REQUIRE(fitted);
+    CHECK(fitted->fitted.mesh.positions == counted->fitted->fitted.mesh.positions);
+    CHECK(fitted->refine_cells == counted->fitted->refine_cells);
+    options.feature_lines.emplace_back();
+    CHECK(find_narrow_features(*domain, counted->refined.octree, options).narrow.empty());
+}
+
+TEST_CASE("layers are counted at the size itself, not on a small mesh") {
+    // A pipe's layers end some cells from its rims: the fewer a quad the smaller the cells.
+    Context context(1);
+    const auto soup = make_geometry("three-pipe-joint", {48, ""}, context);
+    REQUIRE(soup);
+    MeshOptions options;
+    options.refine.target_cells = 30e3;
+    const auto outcome = shape(*soup, options);
+    REQUIRE(outcome);
+    CHECK(outcome->mesh.cell_count() > 0.87 * 30e3);
+    CHECK(outcome->mesh.cell_count() < 1.22 * 30e3);
 }

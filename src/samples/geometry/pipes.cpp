@@ -79,7 +79,7 @@ Result<Solid> make_three_pipe_joint(const GeometryOptions& options, Context&) {
     const Pipe pipes[] = {{1, 4, {1, 0, 0}, "inlet"},
                           {0.9, 3.6, {-0.5, 0.85, 0.1}, "outlet_1"},
                           {0.8, 3.4, {-0.55, -0.8, 0.25}, "outlet_2"}};
-    BooleanSolid joint(make_ball(1.1, options.size, "joint"));
+    BooleanSolid joint(make_ball(1.2, options.size, "joint"));
     for (const Pipe& pipe : pipes) {
         const Profile straight{{{0, 0}, {0, pipe.radius}, {pipe.length, pipe.radius}, {pipe.length, 0}},
                                {"joint", "wall", pipe.end}};

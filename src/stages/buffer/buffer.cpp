@@ -300,6 +300,9 @@ class BufferRun {
             if (context_.is_cancelled()) return;
             is_spared_ = find_good_groups(mesh_, group_, domain_, options_, context_.parallel());
             report_.spared = static_cast<std::size_t>(std::count(is_spared_.begin(), is_spared_.end(), 1));
+            report_.spared_quads = static_cast<std::size_t>(
+                std::count_if(mesh_.surface.begin(), mesh_.surface.end(),
+                              [&](const SurfaceQuad& quad) { return is_spared_[group_[quad.region]] != 0; }));
             std::vector<RegionSheet> sheets = sheets_of(group_);
             std::erase_if(
                 sheets, [&](const RegionSheet& sheet) { return is_spared_[group_[sheet.regions[0]]] != 0; });
@@ -411,10 +414,6 @@ class BufferRun {
             std::sort(skipped.patches.begin(), skipped.patches.end());
             skipped.patches.erase(std::unique(skipped.patches.begin(), skipped.patches.end()),
                                   skipped.patches.end());
-            context_.log(LogLevel::warning, fmt::format("buffer: {} sheet under {} patches {} vertex {}: {}",
-                                                        name_of(kind), skipped.patches.size(),
-                                                        skipped.whole ? "left out because of" : "goes round",
-                                                        skipped.vertex, name_of(skipped.fault)));
             report_.skipped.push_back(std::move(skipped));
         }
     }
@@ -454,21 +453,6 @@ Result<SheetMesh> open_checked(FittedMesh fitted, const Domain& domain, const Bu
 }
 
 } // namespace
-
-Result<double> find_spared_share(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
-                                 Context& context) {
-    Result<SheetMesh> mesh = open_checked(std::move(fitted), domain, options, context);
-    if (!mesh) return mesh.error();
-    if (mesh->surface.empty()) return 0.0;
-    const SurfaceRegions regions = find_regions(*mesh);
-    const std::vector<Index> group = group_for_split(*mesh, regions, domain, options.join_deg).numbers();
-    const std::vector<std::uint8_t> spared =
-        find_good_groups(*mesh, group, domain, options, context.parallel());
-    const auto quads =
-        std::count_if(mesh->surface.begin(), mesh->surface.end(),
-                      [&](const SurfaceQuad& quad) { return spared[group[quad.region]] != 0; });
-    return static_cast<double>(quads) / static_cast<double>(mesh->surface.size());
-}
 
 Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
                                     Context& context) {

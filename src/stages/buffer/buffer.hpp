@@ -61,6 +61,7 @@ struct BufferReport {
     BufferCounts before, after;
     std::size_t groups = 0;        ///< sets of patches that buffer 1 covered in one
     std::size_t spared = 0;        ///< sets of patches whose cells were good enough without
+    std::size_t spared_quads = 0;  ///< of the surface, on these
     std::size_t pillows = 0;       ///< sheets of buffer 1b
     std::size_t collars = 0;       ///< sheets of buffer 2
     std::size_t passes = 0;        ///< over the mesh: sheets that do not touch go in one
@@ -82,10 +83,5 @@ struct BufferOutput {
 /// domain); usage (an option out of range); cancelled.
 Result<BufferOutput> insert_buffers(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
                                     Context& context);
-
-/// Share of the boundary quads, 0..1, that insert_buffers() leaves without layers of buffer 1. Errors as
-/// there.
-Result<double> find_spared_share(FittedMesh fitted, const Domain& domain, const BufferOptions& options,
-                                 Context& context);
 
 } // namespace hexopt
