@@ -89,10 +89,10 @@ Status insert_layers(MeshAttempt& attempt, const Domain& domain, const MeshOptio
         "buffer", [&] { return insert_buffers(std::move(attempt.fitted), domain, options.buffer, context); });
     if (!buffered) return buffered.error();
     for (const SkippedSheet& sheet : buffered->report.skipped)
-        context.log(LogLevel::warning, fmt::format("buffer: {} sheet under {} patches {} vertex {}: {}",
-                                                   name_of(sheet.kind), sheet.patches.size(),
-                                                   sheet.whole ? "left out because of" : "goes round",
-                                                   sheet.vertex, name_of(sheet.fault)));
+        context.log(LogLevel::warning,
+                    fmt::format("buffer: {} sheet under {} patches {} vertex {}: {}", name_of(sheet.kind),
+                                sheet.patches.size(), sheet.whole ? "left out because of" : "goes round",
+                                sheet.vertex, name_of(sheet.fault)));
     attempt.buffer = std::move(buffered->report);
     attempt.fitted = std::move(buffered->fitted);
     return Done{};

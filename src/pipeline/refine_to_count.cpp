@@ -135,14 +135,27 @@ class CountSearch {
         return round == kMostFitted || (ratio > kFewFinished[round - 1] && ratio < kManyFinished[round - 1]);
     }
 
-    /// Tries sizes until the promise is within `ratio` of `cells`; the last one.
+    /// Tries sizes until the promise is within `ratio` of `cells`; the nearest of `most`.
     Result<SizeTrials::Trial> find(double cells, double ratio, int most) {
+        const std::size_t first = seen_.size();
         for (int count = 1;; ++count) {
             auto trial = trials_.refine_to(next_size(cells));
             if (!trial) return trial;
             see(*trial);
-            if (count == most || is_near(cells, ratio)) return trial;
+            if (is_near(cells, ratio)) return trial;
+            if (count < most) continue;
+            const auto nearest = std::min_element(seen_.begin() + static_cast<std::ptrdiff_t>(first),
+                                                  seen_.end(), [&](const Counted& a, const Counted& b) {
+                                                      return distance_to(a, cells) < distance_to(b, cells);
+                                                  });
+            std::iter_swap(nearest, seen_.end() - 1); // what was tried last counts
+            if (seen_.back().size == trial->out.stats.surface_size) return trial;
+            return trials_.refine_to(seen_.back().size);
         }
+    }
+
+    double distance_to(const Counted& c, double cells) const {
+        return std::abs(std::log(promise_(c) / cells));
     }
 
     void see(const SizeTrials::Trial& trial) {
@@ -255,9 +268,9 @@ class CountSearch {
     double next_size(double cells) const {
         if (seen_.empty()) return trials_.first_size(cells / kUsualExcess);
         std::vector<Counted> near = seen_;
-        const auto off = [&](const Counted& c) { return std::abs(std::log(promise_(c) / cells)); };
-        std::stable_sort(near.begin(), near.end(),
-                         [&](const Counted& a, const Counted& b) { return off(a) < off(b); });
+        std::stable_sort(near.begin(), near.end(), [&](const Counted& a, const Counted& b) {
+            return distance_to(a, cells) < distance_to(b, cells);
+        });
         double power = 0.45;
         if (near.size() > 1 && near[0].size != near[1].size && promise_(near[0]) != promise_(near[1]))
             power = std::clamp(std::log(near[0].size / near[1].size) /

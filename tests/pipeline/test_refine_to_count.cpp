@@ -165,9 +165,9 @@ TEST_CASE("layers are counted at the size itself, not on a small mesh") {
     const auto soup = make_geometry("three-pipe-joint", {48, ""}, context);
     REQUIRE(soup);
     MeshOptions options;
-    options.refine.target_cells = 30e3;
+    options.refine.target_cells = 100e3;
     const auto outcome = shape(*soup, options);
     REQUIRE(outcome);
-    CHECK(outcome->mesh.cell_count() > 0.87 * 30e3);
-    CHECK(outcome->mesh.cell_count() < 1.22 * 30e3);
+    CHECK(outcome->mesh.cell_count() > 0.87 * 100e3);
+    CHECK(outcome->mesh.cell_count() < 1.22 * 100e3);
 }
