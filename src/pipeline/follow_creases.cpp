@@ -31,6 +31,7 @@ constexpr std::array<double, 3> kSteps = {0.25, 0.12, 0.06};
 constexpr double kSteepGain = 0.9;
 /// Places on a quad along each of its parameters where it is measured then.
 constexpr std::array<double, 3> kLattice = {1.0 / 6, 0.5, 5.0 / 6};
+constexpr int kLatticePlaces = static_cast<int>(kLattice.size() * kLattice.size());
 
 class CreaseFollower {
   public:
@@ -45,14 +46,15 @@ class CreaseFollower {
 
     Result<FollowReport> run() {
         FollowReport report;
-        measure(report.far_before, report.largest_before_rel);
+        measure();
+        summarise(report.far_before, report.largest_before_rel);
         Status done = Done{};
         for (double floor : kFirstFloors)
             if (done && floor > options_.min_sj) done = follow(floor, report.moved);
         if (done) done = follow(options_.min_sj, report.moved);
         if (done && options_.search_rel > 0) done = search_farthest(report.moved);
         if (!done) return done.error();
-        measure(report.far_after, report.largest_after_rel);
+        summarise(report.far_after, report.largest_after_rel); // place() has kept the distances
         return report;
     }
 
@@ -103,9 +105,10 @@ class CreaseFollower {
             vertex_quad_.offset.push_back(vertex_quad_.item.size());
         }
         is_done_.assign(count, 0);
+        is_in_vain_.assign(count, 0);
         far_.assign(count, 0);
-        is_held_.assign(count, 0);
-        for (Index v : mesh_.hanging.vertex) is_held_[v] = 1;
+        hanging_row_.assign(count, kNoIndex);
+        for (Index row = 0; row < mesh_.hanging.count(); ++row) hanging_row_[mesh_.hanging.vertex[row]] = row;
         collect_followers(vertex_quad_);
         ridge_.resize(count);
         for (const auto& [a, b] : model_.feature_edges()) {
@@ -171,9 +174,23 @@ class CreaseFollower {
         return model_.quad_deviation(x, kNoIndex, hint_[q]);
     }
 
-    void measure(std::size_t& far, double& largest_rel) {
-        context_.parallel().for_each(
-            quads_.size(), 64, [&](std::size_t q) { distance_[q] = quad_distance(static_cast<Index>(q)); });
+    /// Of all quads; each corner is measured once.
+    void measure() {
+        const Parallel& parallel = context_.parallel();
+        parallel.for_each(quads_.size(), 64, [&](std::size_t q) {
+            for (int place = 0; place < kPlaces; ++place)
+                distance_[q] = std::max(distance_[q], distance_at(static_cast<Index>(q), place));
+        });
+        std::vector<double> of_vertex(mesh_.vertex_count());
+        parallel.for_each(of_vertex.size(), 64, [&](std::size_t v) {
+            if (const auto quads = vertex_quad_[v]; !quads.empty())
+                of_vertex[v] = model_.distance(mesh_.positions[v], hint_[quads.front()]);
+        });
+        for (std::size_t q = 0; q < quads_.size(); ++q)
+            for (Index v : quads_[q]) distance_[q] = std::max(distance_[q], of_vertex[v]);
+    }
+
+    void summarise(std::size_t& far, double& largest_rel) const {
         far = static_cast<std::size_t>(
             std::count_if(distance_.begin(), distance_.end(), [&](double d) { return d > limit_; }));
         const auto largest = std::max_element(distance_.begin(), distance_.end());
@@ -220,7 +237,8 @@ class CreaseFollower {
     /// Where a vertex that may move lies on what it is bound to.
     std::optional<Projection> find_place(Index v) const {
         const Association on = model_.associations()[v];
-        if (is_held_[v] || (on.kind != EntityKind::patch && on.kind != EntityKind::curve)) return {};
+        if (hanging_row_[v] != kNoIndex || (on.kind != EntityKind::patch && on.kind != EntityKind::curve))
+            return {};
         const Projection at = model_.project(on, mesh_.positions[v]);
         if (at.distance > kOff_rel * model_.diagonal()) return {};
         return at;
@@ -242,8 +260,18 @@ class CreaseFollower {
         set_position(v, p);
         for (Index q : quads_round(v)) {
             distance_[q] = quad_distance(q);
-            for (Index u : quads_[q]) is_done_[u] = 0;
+            for (Index u : quads_[q]) open(u);
         }
+    }
+
+    /// Lets a vertex be tried again; what is round those that it hangs on has changed, too.
+    void open(Index v) {
+        is_done_[v] = is_in_vain_[v] = 0;
+        const Hanging& hanging = mesh_.hanging;
+        const Index row = hanging_row_[v];
+        if (row == kNoIndex) return;
+        for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+            is_in_vain_[hanging.master[k]] = 0;
     }
 
     /// Moves a vertex step by step in whatever direction brings what is round it nearer; whether it did.
@@ -269,8 +297,9 @@ class CreaseFollower {
                 if (frame.freedom == 2) way += std::sin(angle) * frame.axis[1];
                 const Point p = model_.project(on, from + step * shortest * way, at->element).point;
                 set_position(v, p);
-                if (shortest_edge(v) < kLeastEdge * shortest || !keeps_cells(cells)) continue;
-                if (const double now = steep_badness(v, least); now < least) least = now, best = p;
+                if (shortest_edge(v) < kLeastEdge * shortest) continue;
+                const double now = steep_badness(v, least);
+                if (now < least && keeps_cells(cells)) least = now, best = p;
             }
         }
         set_position(v, start);
@@ -282,29 +311,41 @@ class CreaseFollower {
     /// Sum of high powers of the distances round a vertex: what the largest of them is, but smooth. Not
     /// beyond `enough`.
     double steep_badness(Index v, double enough) {
-        double sum = 0;
-        const auto add = [&](double distance) {
-            const double part = distance / limit_, square = part * part;
-            sum += square * square * square * square;
+        const auto part = [&](double distance) {
+            const double share = distance / limit_, square = share * share;
+            return square * square * square * square;
         };
-        for (Index u : ridge_[v]) add(edge_distance(v, u));
-        for (Index q : quads_round(v)) {
-            if (sum >= enough) return sum;
-            std::array<Point, 4> x;
-            for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
-            for (double s : kLattice)
-                for (double t : kLattice) {
-                    const Point p = (1 - t) * ((1 - s) * x[0] + s * x[1]) + t * ((1 - s) * x[3] + s * x[2]);
-                    const Projection nearest = model_.project_patch(kNoIndex, p, hint_[q]);
-                    hint_[q] = nearest.element;
-                    add(nearest.distance);
-                }
-        }
+        const std::span<const Index> quads = quads_round(v);
+        if (std::find(quads.begin(), quads.end(), steep_refusal_.quad) != quads.end())
+            if (const double one = part(lattice_distance(steep_refusal_.quad, steep_refusal_.place));
+                one >= enough)
+                return one;
+        double sum = 0;
+        for (Index u : ridge_[v]) sum += part(edge_distance(v, u));
+        for (Index q : quads)
+            for (int place = 0; place < kLatticePlaces; ++place) {
+                if (sum >= enough) return sum;
+                sum += part(lattice_distance(q, place));
+                if (sum >= enough) steep_refusal_ = {q, place};
+            }
         return sum;
+    }
+
+    double lattice_distance(Index q, int place) {
+        std::array<Point, 4> x;
+        for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
+        const double s = kLattice[static_cast<std::size_t>(place) / kLattice.size()],
+                     t = kLattice[static_cast<std::size_t>(place) % kLattice.size()];
+        const Point p = (1 - t) * ((1 - s) * x[0] + s * x[1]) + t * ((1 - s) * x[3] + s * x[2]);
+        const Projection nearest = model_.project_patch(kNoIndex, p, hint_[q]);
+        hint_[q] = nearest.element;
+        return nearest.distance;
     }
 
     /// Moves a vertex to the best of the places near it; whether it did.
     bool improve(Index v) {
+        if (is_in_vain_[v]) return false;
+        is_in_vain_[v] = 1; // unless cells are in the way or it moves
         const auto found = find_place(v);
         if (!found) return false;
         const Projection& at = *found;
@@ -319,14 +360,25 @@ class CreaseFollower {
             return way > reach || way < 1e-9 * model_.diagonal();
         });
         if (places.empty()) return false;
-        Badness least = badness(v);
-        const CellsRound cells = look_round(v);
+        Badness least = badness(v, Badness::unlimited());
+        std::optional<CellsRound> cells;
         Point best = start;
-        for (const Point& p : places) {
+        auto tried = places.begin(); // since `least` changed: edges share their ends
+        for (auto place = places.begin(); place != places.end(); ++place) {
+            const Point& p = *place;
+            if (std::find(tried, place, p) != place) continue;
             set_position(v, p);
-            const Badness now = badness(v);
-            if (now.is_better(least) && shortest_edge(v) >= kLeastEdge * shortest && keeps_cells(cells))
-                least = now, best = p;
+            const Badness now = badness(v, least);
+            if (!now.is_better(least) || shortest_edge(v) < kLeastEdge * shortest) continue;
+            if (!cells) {
+                set_position(v, start);
+                cells = look_round(v);
+                set_position(v, p);
+            }
+            if (keeps_cells(*cells))
+                least = now, best = p, tried = place;
+            else
+                is_in_vain_[v] = 0;
         }
         set_position(v, start);
         if (best == start) return false;
@@ -368,26 +420,46 @@ class CreaseFollower {
             sum += distance * distance;
             largest = std::max(largest, distance * distance);
         }
+        /// What is not better does not become it by more places.
         bool is_better(const Badness& than) const {
             return sum < kGain * than.sum && largest <= 1.05 * than.largest;
         }
+        static Badness unlimited() {
+            constexpr double infinity = std::numeric_limits<double>::infinity();
+            return {infinity, infinity};
+        }
     };
 
-    Badness badness(Index v) {
-        Badness all;
-        for (Index q : quads_round(v)) {
-            std::array<Point, 4> x;
-            for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
-            const auto add = [&](const Point& p) {
-                const Projection at = model_.project_patch(kNoIndex, p, hint_[q]);
-                hint_[q] = at.element;
-                all.add(at.distance);
-            };
-            add(quad_centre(x));
-            for (int k = 0; k < 4; ++k) add(0.5 * (x[k] + x[(k + 1) % 4]));
+    /// Not beyond where it is no better than `than`; first where the last one ended.
+    Badness badness(Index v, const Badness& than) {
+        const std::span<const Index> quads = quads_round(v);
+        if (std::find(quads.begin(), quads.end(), refusal_.quad) != quads.end()) {
+            Badness one;
+            one.add(distance_at(refusal_.quad, refusal_.place));
+            if (!one.is_better(than)) return one;
         }
+        Badness all;
+        for (Index q : quads)
+            for (int place = 0; place < kPlaces; ++place) {
+                all.add(distance_at(q, place));
+                if (all.is_better(than)) continue;
+                refusal_ = {q, place};
+                return all;
+            }
         for (Index u : ridge_[v]) all.add(edge_distance(v, u));
         return all;
+    }
+
+    /// A quad's centre and the middles of its edges.
+    static constexpr int kPlaces = 5;
+
+    double distance_at(Index q, int place) {
+        std::array<Point, 4> x;
+        for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
+        const Point p = place == 0 ? quad_centre(x) : 0.5 * (x[place - 1] + x[place % 4]);
+        const Projection at = model_.project_patch(kNoIndex, p, hint_[q]);
+        hint_[q] = at.element;
+        return at.distance;
     }
 
     bool keeps_cells(const CellsRound& round) const {
@@ -419,9 +491,16 @@ class CreaseFollower {
     std::vector<double> far_;               ///< per vertex, 0 between uses
     std::size_t tries_left_ = 0;            ///< of search()
     std::vector<std::vector<Index>> ridge_; ///< per vertex: other ends of its feature edges
-    std::vector<std::uint8_t> is_held_;     ///< per vertex: it hangs
+    std::vector<Index> hanging_row_;        ///< per vertex: of Hanging, kNoIndex: it does not hang
     std::map<Index, Follower> followers_;   ///< of vertices that others hang on
     std::vector<std::uint8_t> is_done_;     ///< per vertex: tried since its quads changed
+    std::vector<std::uint8_t> is_in_vain_;  ///< and no place was better, whatever the cells
+    /// Where a vertex's new place was last found to be no better: that is asked first.
+    struct Refusal {
+        Index quad = kNoIndex;
+        int place = 0;
+    };
+    Refusal refusal_, steep_refusal_; ///< of badness() and steep_badness()
 };
 
 } // namespace

@@ -151,6 +151,23 @@ TEST_CASE("hanging vertices follow those that they hang on") {
     CHECK(quality->validity.is_valid());
 }
 
+TEST_CASE("what is reported after moving is what another run measures before") {
+    for (const bool hangs : {false, true}) {
+        Roofed roofed(hangs ? make_two_sizes() : make_mesh());
+        FollowOptions options;
+        options.distance_rel = options.search_rel = 1e-3;
+        const auto first =
+            follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context);
+        REQUIRE(first);
+        CHECK(first->moved > 0);
+        const auto again =
+            follow_creases(roofed.mesh, roofed.topology, roofed.model, options, roofed.context);
+        REQUIRE(again);
+        CHECK(again->far_before == first->far_after);
+        CHECK(again->largest_before_rel == Approx(first->largest_after_rel).margin(1e-14));
+    }
+}
+
 TEST_CASE("a search brings the farthest quads nearer where creases give no place to go") {
     const auto follow = [](double search_rel, double share) {
         Roofed roofed;
