@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace hexopt {
 
@@ -52,34 +53,42 @@ ObjectiveValue combine(const ObjectiveValue& a, const ObjectiveValue& b) {
     return {a.energy + b.energy, std::min(a.min_jacobian, b.min_jacobian)};
 }
 
-void accumulate(const HexValue& value, int count, ObjectiveValue& sum) {
+/// Returns the energy of the group.
+double accumulate(const HexValue& value, int count, ObjectiveValue& sum) {
+    double energy = 0;
     for (int i = 0; i < count; ++i) {
         sum.energy += value.energy[i];
+        energy += value.energy[i];
         sum.min_jacobian = std::min(sum.min_jacobian, value.min_jacobian[i]);
     }
+    return energy;
 }
 
 const ObjectiveValue kNothing = {0, std::numeric_limits<double>::infinity()};
 
 } // namespace
 
-ObjectiveValue Newton::evaluate_at(const Objective& objective, std::span<const Point> positions,
-                                   double most) const {
-    ObjectiveValue total = budget_.parallel().reduce(
-        problem_.cell_count(), kEnergyChunk, kNothing,
+Newton::Evaluation Newton::evaluate_at(const Objective& objective, std::span<const Point> positions,
+                                       double most) const {
+    Evaluation total = budget_.parallel().reduce(
+        problem_.cell_count(), kEnergyChunk, Evaluation{kNothing},
         [&](std::size_t begin, std::size_t end) {
-            ObjectiveValue sum = kNothing;
+            Evaluation sum{kNothing};
             HexValue value;
-            for (std::size_t c = begin; c < end; c += kGroup) {
+            for (std::size_t c = begin; c < end && !(sum.value.energy > most); c += kGroup) {
                 const HexGroup g = group_of(problem_, objective, positions, c, std::min(end, c + kGroup));
                 hex_kernels().value(g, value);
-                accumulate(value, g.count, sum);
+                if (const double energy = accumulate(value, g.count, sum.value); energy > sum.largest)
+                    sum.largest = energy, sum.first = c;
             }
             return sum;
         },
-        combine);
+        [](const Evaluation& a, const Evaluation& b) {
+            const Evaluation& larger = b.largest > a.largest ? b : a;
+            return Evaluation{combine(a.value, b.value), larger.largest, larger.first};
+        });
     // Never negative, and dear: vertices off the surface are projected onto it.
-    if (total.energy <= most) total.energy += limit_energy(objective, positions);
+    if (total.value.energy <= most) total.value.energy += limit_energy(objective, positions);
     return total;
 }
 
@@ -188,21 +197,31 @@ Newton::Search Newton::search_line(const Objective& objective, double slope, Obj
     for (std::size_t d = 0; d < dofs.size(); ++d) start_[d] = positions_[dofs[d]];
     for (std::size_t i = 0; i < rows.size(); ++i) start_[dofs.size() + i] = positions_[hanging(i)];
     double length = 1;
+    const auto place = [&](std::size_t d) {
+        const Point wanted = start_[d] + length * step_[d];
+        positions_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), wanted) : wanted;
+    };
     Search result = Search::stalled;
     for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {
+        const double most = value.energy + kArmijo * length * slope;
+        for (Index d : barrier_.dofs) place(d);
+        problem_.apply_hanging(positions_, barrier_.hanging_rows);
+        const bool is_refused = barrier_energy(objective) > most;
+        const bool may_be_blocked = motion_ && motion_->has_exact_freedoms() && halving >= kFirstBlockTest;
+        if (is_refused && !may_be_blocked) continue;
         budget_.parallel().for_each(dofs.size(), 1024, [&](std::size_t d) {
-            const Point wanted = start_[d] + length * step_[d];
-            positions_[dofs[d]] = motion_ ? motion_->place(static_cast<Index>(d), wanted) : wanted;
+            if (barrier_.has_dof.empty() || !barrier_.has_dof[d]) place(d);
         });
         problem_.apply_hanging(positions_);
-        const double most = value.energy + kArmijo * length * slope;
-        const ObjectiveValue at = evaluate_at(objective, positions_, most);
-        if (at.energy <= most) {
-            value = at;
-            return Search::moved;
+        if (!is_refused) {
+            const Evaluation at = evaluate_at(objective, positions_, most);
+            if (at.value.energy <= most) {
+                value = at.value;
+                return Search::moved;
+            }
+            stand_before(at.first);
         }
-        if (motion_ && motion_->has_exact_freedoms() && halving >= kFirstBlockTest &&
-            is_blocked(length, slope)) {
+        if (may_be_blocked && is_blocked(length, slope)) {
             hold_blocked(length);
             result = Search::blocked;
             break;
@@ -211,6 +230,35 @@ Newton::Search Newton::search_line(const Objective& objective, double slope, Obj
     for (std::size_t d = 0; d < dofs.size(); ++d) positions_[dofs[d]] = start_[d];
     for (std::size_t i = 0; i < rows.size(); ++i) positions_[hanging(i)] = start_[dofs.size() + i];
     return result;
+}
+
+/// Makes the group of cells from first_cell on the one that is looked at first.
+void Newton::stand_before(std::size_t first_cell) {
+    if (first_cell == barrier_.first && barrier_.last > first_cell) return;
+    for (Index d : barrier_.dofs) barrier_.has_dof[d] = 0;
+    barrier_.has_dof.resize(problem_.dof_count(), 0);
+    barrier_.dofs.clear();
+    barrier_.hanging_rows.clear();
+    barrier_.first = first_cell;
+    barrier_.last = std::min(first_cell + kGroup, problem_.cell_count());
+    for (std::size_t c = barrier_.first; c < barrier_.last; ++c)
+        for (Index v : problem_.cell(c)) {
+            const auto shares = problem_.shares(v);
+            for (DofShare share : shares)
+                if (!std::exchange(barrier_.has_dof[share.dof], std::uint8_t{1}))
+                    barrier_.dofs.push_back(share.dof);
+            if (!shares.empty() && problem_.vertex_dof(v) == kNoIndex)
+                barrier_.hanging_rows.push_back(problem_.hanging_row(v));
+        }
+}
+
+double Newton::barrier_energy(const Objective& objective) const {
+    if (barrier_.last == barrier_.first) return 0;
+    const HexGroup g = group_of(problem_, objective, positions_, barrier_.first, barrier_.last);
+    HexValue value;
+    hex_kernels().value(g, value);
+    ObjectiveValue sum = kNothing;
+    return accumulate(value, g.count, sum);
 }
 
 /// Whether what the entities let through of the step would not lower the energy as it was meant to.

@@ -168,9 +168,9 @@ void Problem::set_weights() {
         weight_[i] = std::ldexp(1.0f, -2 * static_cast<int>(mesh_->level[cell_id_[i]]));
 }
 
-void Problem::apply_hanging(std::span<Point> positions) const {
+void Problem::apply_hanging(std::span<Point> positions, std::span<const Index> rows) const {
     const Hanging& hanging = mesh_->hanging;
-    for (Index row : hanging_rows_) {
+    for (Index row : rows) {
         Point sum(0);
         for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
             sum += hanging.weight[k] * positions[hanging.master[k]];

@@ -69,6 +69,10 @@ class Problem {
         return numbers.hanging_share[numbers.hanging_row[vertex]];
     }
 
+    /// Row of mesh.hanging, kNoIndex where a vertex does not hang.
+    Index hanging_row(Index vertex) const {
+        return numbers_->hanging_row.empty() ? kNoIndex : numbers_->hanging_row[vertex];
+    }
     bool has_hanging() const { return !hanging_rows_.empty(); }
     bool cell_has_hanging(std::size_t cell) const { return !cell_hanging_.empty() && cell_hanging_[cell]; }
 
@@ -76,7 +80,8 @@ class Problem {
     std::span<const Index> hanging_rows() const { return hanging_rows_; }
 
     /// Recomputes the hanging vertices that depend on dofs.
-    void apply_hanging(std::span<Point> positions) const;
+    void apply_hanging(std::span<Point> positions) const { apply_hanging(positions, hanging_rows_); }
+    void apply_hanging(std::span<Point> positions, std::span<const Index> rows) const;
 
     /// Measures target sizes from the current positions: the mean edge length of each cell along the three
     /// directions together, each edge over its direction's stretch (delta = its cube), not below 1e-3 of the
