@@ -28,7 +28,7 @@ constexpr std::array<Geometry, 13> kGeometries = {{
     {{"wing", "half of a swept wing with a sharp trailing edge in a box", 64, true},
      "2412",
      geometry::make_wing},
-    {{"business-jet", "half of a jet with T-tail and nacelle in a box", 64, false},
+    {{"business-jet", "half of a jet with cruciform tail and nacelle in a box", 64, false},
      "",
      geometry::make_business_jet},
     {{"wing-body", "half of an airliner's wing, body, pylon and open nacelle in a box", 64, false},

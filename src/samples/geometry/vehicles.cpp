@@ -154,11 +154,11 @@ Result<Solid> make_ahmed(const GeometryOptions& options, Context&) {
 
 Result<Solid> make_front_wing(const GeometryOptions& options, Context&) {
     const auto turned_over = [&](const char* code) {
-        std::vector<Point2> outline = make_naca(code, options.size / 2).value();
+        std::vector<Point2> outline = make_naca(code, options.size).value();
         for (Point2& p : outline) p.y = -p.y;
         return outline;
     };
-    const auto upright_outline = make_naca("0012", options.size / 2).value();
+    const auto upright_outline = make_naca("0012", options.size).value();
     const WingShape shapes[3] = {{turned_over("6412"),
                                   {-0.25, -0.1, 0.13},
                                   {-0.2, 0.9, 0.16},

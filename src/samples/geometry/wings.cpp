@@ -24,6 +24,9 @@ std::vector<Point> place_section(const WingShape& shape, double t) {
     return section;
 }
 
+/// Points along each side of an airfoil with which the nose has no crease that meshes would have to follow.
+int outline_points(const GeometryOptions& options) { return 3 * options.size / 4; }
+
 /// The outer box of half a body that is cut by the plane y = 0.
 Solid make_half_box(const Point& low, const Point& high) {
     return make_box(low, high, {"inlet", "outlet", "symmetry", "farfield", "farfield", "farfield"});
@@ -42,7 +45,10 @@ Solid make_fuselage(int segments) {
         profile.points.emplace_back(glm::mix(kTail, kLength, t), kRadius * (1 - t * t));
     }
     profile.points.emplace_back(kLength, 0);
-    return revolve(profile, segments);
+    // Turned by half a segment: vertices in the plane that cuts it, but for rounding, would leave slivers
+    // there.
+    const double turn = std::numbers::pi / segments;
+    return transformed(revolve(profile, segments), glm::rotate(glm::dmat4(1), turn, glm::dvec3(1, 0, 0)));
 }
 
 Solid make_nacelle(int segments, const Point& nose) {
@@ -144,10 +150,10 @@ Result<Solid> make_wing(const GeometryOptions& options, Context& context) {
 }
 
 Result<Solid> make_wing_body(const GeometryOptions& options, Context&) {
-    const auto outline = [&](const char* code) { return make_naca(code, options.size / 3).value(); };
+    const auto outline = [&](const char* code) { return make_naca(code, outline_points(options)).value(); };
     const WingShape wing{outline("2412"), {6, -0.3, -0.6}, {10.6, 8.9, 0.17}, 3.6, 1, 2, -2, {0, 0, 1}, 8,
                          "wing",          "wing_tip"};
-    const WingShape pylon{outline("0009"), {6.6, 3.2, -1.2}, {7.5, 3.2, -0.3}, 1.9, 1.7, 0, 0, {0, 1, 0}, 2,
+    const WingShape pylon{outline("0009"), {7.1, 3.2, -1.2}, {8.1, 3.2, -0.3}, 1.5, 1.3, 0, 0, {0, 1, 0}, 2,
                           "pylon",         "pylon"};
     const Result<Solid> wing_solid = make_wing_solid(wing), pylon_solid = make_wing_solid(pylon);
     if (!wing_solid) return wing_solid;
@@ -164,14 +170,14 @@ Result<Solid> make_wing_body(const GeometryOptions& options, Context&) {
 }
 
 Result<Solid> make_business_jet(const GeometryOptions& options, Context&) {
-    const auto outline = [&](const char* code) { return make_naca(code, options.size / 3).value(); };
+    const auto outline = [&](const char* code) { return make_naca(code, outline_points(options)).value(); };
     const Point nacelle(11, 1.95, 0.75);
     const Point up(0, 0, 1), sideways(0, 1, 0);
     const std::string vertical = "vertical_tail", horizontal = "horizontal_tail", pylon = "pylon";
     const WingShape shapes[4] = {
         {outline("2412"), {6, -0.3, -0.55}, {10.6, 8.5, -0.05}, 4, 1.3, 2, -1, up, 8, "wing", "wing_tip"},
         {outline("0010"), {13, 0, 0.3}, {16.2, 0, 3.9}, 3.8, 2.2, 0, 0, sideways, 4, vertical, vertical},
-        {outline("0009"), {16.4, -0.3, 3.7}, {18.2, 3.2, 3.7}, 1.9, 0.9, 0, 0, up, 4, horizontal, horizontal},
+        {outline("0009"), {15.9, -0.3, 3.2}, {17.7, 3.2, 3.2}, 1.9, 0.9, 0, 0, up, 4, horizontal, horizontal},
         {outline("0012"), {11.6, 0.3, 0.75}, {11.6, 1.95, 0.75}, 1.2, 1.2, 0, 0, up, 2, pylon, pylon}};
     BooleanSolid jet(make_fuselage(options.size));
     for (const WingShape& shape : shapes) {
