@@ -228,11 +228,12 @@ Status measure(const Domain& domain, const Topology& topology, const MeshOptions
 
 /// Moves the boundary onto the exact geometry; a file that is no longer what was meshed is no reason to lose
 /// the mesh.
-Status use_cad(const PreparedDomain& prepared, const Domain& domain, const MeshOptions& options,
-               MeshOutcome& outcome, StageClock& clock, Context& context) {
+Status use_cad(const PreparedDomain& prepared, const Domain& domain, const Topology& topology,
+               const MeshOptions& options, MeshOutcome& outcome, StageClock& clock, Context& context) {
     if (prepared.cad.empty() || !outcome.stats) return Done{};
     auto moved = clock.run("cad_projection", [&] {
-        return move_onto_cad(outcome.mesh, domain.model, prepared.cad, options.optimize.min_sj, context);
+        return move_onto_cad(outcome.mesh, topology, domain.model, prepared.cad, options.optimize.min_sj,
+                             context);
     });
     if (moved)
         outcome.cad = *moved;
@@ -336,7 +337,8 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
         return done.error();
     Topology topology;
     take_results(std::move(*state), outcome, topology);
-    if (Status done = use_cad(prepared, domain, options, outcome, clock, context); !done) return done.error();
+    if (Status done = use_cad(prepared, domain, topology, options, outcome, clock, context); !done)
+        return done.error();
     if (Status done = measure(domain, topology, options, outcome, clock, context); !done) return done.error();
     name_patches(outcome.mesh, domain, context.parallel());
     if (options.buffers && !outcome.buffer)

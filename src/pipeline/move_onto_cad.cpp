@@ -1,6 +1,7 @@
 #include "pipeline/move_onto_cad.hpp"
 
 #include "mesh/hanging.hpp"
+#include "pipeline/undo_contacts.hpp"
 #include "quality/cell_quality.hpp"
 
 #include <algorithm>
@@ -118,8 +119,8 @@ Status settle_targets(HexMesh& mesh, std::vector<Target>& targets, const Affecte
 
 } // namespace
 
-Result<CadReport> move_onto_cad(HexMesh& mesh, const BoundaryModel& model, std::span<const CadSource> sources,
-                                double min_sj, Context& context) {
+Result<CadReport> move_onto_cad(HexMesh& mesh, const Topology& topology, const BoundaryModel& model,
+                                std::span<const CadSource> sources, double min_sj, Context& context) {
     CadReport report;
     std::vector<Index> vertices;
     const std::vector<CadQuery> queries = make_queries(mesh, model, context.parallel(), vertices);
@@ -146,10 +147,11 @@ Result<CadReport> move_onto_cad(HexMesh& mesh, const BoundaryModel& model, std::
         mesh.positions = start;
         return ok.error();
     }
+    undo_contacts(mesh, topology, start, min_sj, context.parallel());
     for (const Target& target : targets) {
         const double before = glm::distance(target.from, target.exact),
                      after = glm::distance(mesh.positions[target.vertex], target.exact);
-        report.held += target.step > 0;
+        report.held += target.step > 0 || mesh.positions[target.vertex] != target.place();
         report.largest_before = std::max(report.largest_before, before);
         report.largest_after = std::max(report.largest_after, after);
         report.mean_before += before / static_cast<double>(targets.size());

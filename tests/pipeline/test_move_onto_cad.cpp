@@ -2,6 +2,7 @@
 #include "io/scratch.hpp"
 #include "pipeline/mesh_pipeline.hpp"
 #include "quality/mesh_validity.hpp"
+#include "stages/optimize/contact_guard.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -111,6 +112,46 @@ TEST_CASE("vertices are held where cells would fall below what they may") {
         }
         CHECK(after->cad->mean_after < after->cad->mean_before);
     }
+}
+
+TEST_CASE("vertices are held where quads on both sides of a slit would come to touch") {
+    // A block of cells above the box's top and one below, joined along one side: both sides of the slit
+    // between them are as near to the exact face as triangles of it may be.
+    const test::Scratch scratch;
+    test::spill(scratch / "a.step", test::step_of_box());
+    MeshJob job;
+    job.surfaces = {scratch / "a.step"};
+    Context context(1);
+    StageClock clock;
+    auto prepared = load_domain(job, clock, context);
+    REQUIRE(prepared);
+    REQUIRE(prepared->cad.size() == 1);
+    const double top = 4, half = 2e-4;
+    const Index n = 6;
+    const auto id = [&](Index i, Index j, Index k) { return i + (n + 1) * (j + (n + 1) * k); };
+    HexMesh mesh;
+    for (double z : {top - 0.5, top - half, top + half, top + 0.5})
+        for (Index j = 0; j <= n; ++j)
+            for (Index i = 0; i <= n; ++i) mesh.positions.emplace_back(0.4 + 0.2 * i, 0.5 + 0.3 * j, z);
+    for (Index k = 0; k < 3; ++k)
+        for (Index j = 0; j < n; ++j)
+            for (Index i = 0; i < (k == 1 ? 1 : n); ++i)
+                mesh.cells.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k),
+                                      id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1),
+                                      id(i, j + 1, k + 1)});
+    const Topology topology = compute_topology(mesh);
+    const std::vector<Point> before = mesh.positions;
+    REQUIRE(find_boundary_contacts(mesh, topology, Parallel(1)).empty());
+    const auto model = build_boundary_model(mesh, topology, {}, context);
+    REQUIRE(model);
+    const auto report = move_onto_cad(mesh, topology, *model, prepared->cad, 0.2, context);
+    REQUIRE(report);
+    CHECK(report->vertices > report->unmatched);
+    CHECK(report->held > 0);
+    CHECK(report->largest_after == Approx(half));
+    CHECK(find_boundary_contacts(mesh, topology, Parallel(1)).empty());
+    CHECK(mesh.positions[id(4, 3, 1)] == before[id(4, 3, 1)]);
+    CHECK(mesh.positions[id(4, 3, 2)] == before[id(4, 3, 2)]);
 }
 
 TEST_CASE("a CAD file that changed while it was meshed costs the projection, not the mesh") {
