@@ -22,6 +22,7 @@ constexpr int kTrials = 5;    ///< of sizes, for one promise of what leaves come
 /// followed then, narrow places never refined, thin walls without layers of cells.
 constexpr double kLeastForeseen = 20000;
 constexpr int kMostFitted = 3; ///< octrees of about the size wanted
+constexpr int kMostThin = 2;   ///< of these, after which a model is too thin for so many cells
 /// Of what is wanted: what makes larger cells worth trying before any is halved in walls. Up to 2.3 times
 /// fewer than promised there were kept.
 constexpr double kFarTooMany = 3;
@@ -87,7 +88,7 @@ class CountSearch {
         }
         if (Status ok = clock.run("count", [&] { return probe(); }); !ok) return ok.error();
         for (int round = 1;; ++round) {
-            const double most_kept = round < kMostFitted ? kFarTooMany * wanted_ / per_wall_cell() : kEndless;
+            const double most_kept = round < kMostThin ? kFarTooMany * wanted_ / per_wall_cell() : kEndless;
             auto refined = clock.run("refine", [&] { return refine_near(kAim * wanted_ / growth_); });
             if (!refined) return refined.error();
             CountedOctree counted{std::move(*refined), {}, {}, {}, {}};
@@ -103,7 +104,7 @@ class CountSearch {
             }
             counted.trimmed = std::move(*trimmed);
             if (!check_coverage(*counted.trimmed)) {
-                if (round == kMostFitted || growth_ <= 1) return counted; // will be refused
+                if (round >= kMostThin || growth_ <= 1) return counted; // will be refused
                 growth_ = 1; // smaller cells, as if there were no repairs
                 if (!std::exchange(steep_, true)) {
                     trials_.require_steep(); // thin walls are curved as a rule
