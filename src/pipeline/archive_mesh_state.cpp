@@ -291,8 +291,8 @@ bool are_curves_of(const Domain& domain, const std::vector<Index>& list) {
 }
 
 /// The domain without these curves; none where there are none of them.
-Result<std::optional<Domain>> leave_out(const Domain& domain, const std::vector<Index>& curves,
-                                        Context& context) {
+Result<std::optional<Domain>> drop_checked(const Domain& domain, const std::vector<Index>& curves,
+                                           Context& context) {
     if (!are_curves_of(domain, curves)) return refusal("its curves are not the surface's");
     if (curves.empty()) return std::optional<Domain>();
     auto left = drop_curves(domain, curves, context);
@@ -302,7 +302,7 @@ Result<std::optional<Domain>> leave_out(const Domain& domain, const std::vector<
 
 Status complete(std::optional<MeshAttempt>& attempt, const Domain& domain, Context& context) {
     if (!attempt) return Done{};
-    const auto reduced = leave_out(domain, attempt->dropped, context);
+    const auto reduced = drop_checked(domain, attempt->dropped, context);
     if (!reduced) return reduced.error();
     if (!fits(*attempt, *reduced ? **reduced : domain)) return refusal("its mesh does not fit the surface");
     const HexMesh& mesh = attempt->fitted.mesh;
@@ -314,7 +314,7 @@ Status complete(std::optional<MeshAttempt>& attempt, const Domain& domain, Conte
 Status complete(const AttemptCounts& counts, const HexMesh& octree, const Domain& domain,
                 const std::vector<Index>& narrow, Context& context) {
     if (!counts.trimmed && !counts.fitted) return Done{};
-    const auto reduced = leave_out(domain, narrow, context);
+    const auto reduced = drop_checked(domain, narrow, context);
     if (!reduced) return reduced.error();
     if (!fits(counts, octree, domain, *reduced ? **reduced : domain))
         return refusal("what it knows of its octree does not fit that");

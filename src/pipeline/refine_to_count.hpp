@@ -22,10 +22,10 @@ struct CountedOctree {
 TrimOptions trim_options(const MeshOptions& options);
 
 /// Refines such that the finished mesh has about as many cells as wanted: as refine(), but what counts is
-/// what trimming keeps, the buffer layers, as a small mesh that is fitted shows them, and what repairs will
-/// add. Room for these is left: RefineOutput::max_cells is where they would lead too far beyond what is
-/// wanted. A given surface size is taken as it is. Errors: as refine(), trim(), fit_boundary() and
-/// insert_buffers().
+/// what trimming keeps, the buffer layers that it gets once it is fitted (a small mesh tells beforehand how
+/// many about), and what repairs will add. Room for these is left: RefineOutput::max_cells is where they
+/// would lead too far beyond what is wanted. A given surface size is taken as it is. Errors: as refine(),
+/// trim(), fit_boundary() and insert_buffers().
 Result<CountedOctree> refine_to_count(const Domain& domain, const MeshOptions& options, StageClock& clock,
                                       Context& context, LeakPath* leak);
 
