@@ -24,6 +24,9 @@ class CellBoxes {
         });
     }
 
+    /// Longest edge of the smallest cell that holds p; 0: none does.
+    double smallest_size_at(const Point& p) const;
+
   private:
     static bool holds(const Box& box, const Point& p) {
         for (int k = 0; k < 3; ++k)

@@ -360,8 +360,8 @@ std::vector<MeshKey> surface_keys() {
         yes_no("features.patch_borders", "--patch-borders", "Borders between named patches are features",
                HEXOPT_FIELD(options.features.patch_borders)),
         yes_no("features.weak", "--weak-features",
-               "Long creases below the feature angle are features where cells across them would leave the "
-               "surface",
+               "Long creases below the feature angle, and borders of CAD faces along bends narrower than "
+               "cells, are features where cells across them would leave the surface",
                HEXOPT_FIELD(options.weak_features)),
         number("features.noise_angle", "--noise-angle",
                "Features blunter than this many degrees are given up where cells fail at them; 0: none",

@@ -39,6 +39,7 @@ json surface_json(const MeshOutcome& o) {
             {"bodies", o.orientation.bodies},
             {"cavities", o.orientation.cavities},
             {"left_out_bodies", o.left_out_bodies},
+            {"followed_borders", o.followed_borders},
             {"open_pieces", o.orientation.open_pieces},
             {"open_edges_given", o.weld.open_edges_before},
             {"merged_vertices", o.weld.merged_vertices},

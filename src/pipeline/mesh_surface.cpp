@@ -3,6 +3,7 @@
 #include "pipeline/check_initial_mesh.hpp"
 #include "pipeline/checkpoint.hpp"
 #include "pipeline/finish_surface.hpp"
+#include "pipeline/follow_borders.hpp"
 #include "pipeline/make_attempts.hpp"
 #include "pipeline/mesh_progress.hpp"
 #include "pipeline/mesh_state.hpp"
@@ -315,6 +316,9 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     if (Status ok = check_options(options); !ok) return ok.error();
     if (Status ok = check_initial_mesh(prepared.domain, options, context); !ok) return ok.error();
     MeshOutcome outcome;
+    const auto borders = follow_borders(prepared, options, clock, context);
+    if (!borders) return borders.error();
+    outcome.followed_borders = *borders;
     FeatureDomains domains(prepared.domain);
     describe_domain(prepared, outcome);
     const auto place = open_place(options.compute, context.parallel());

@@ -50,6 +50,8 @@ struct MeshOutcome {
     WeldReport weld;
     OrientationReport orientation;
     std::size_t left_out_bodies = 0; ///< closed surfaces that bound nothing that the seeds are in
+    std::size_t followed_borders =
+        0; ///< smooth, between faces of a CAD file, that are features (follow_borders())
     std::size_t patches = 0, curves = 0, corners = 0; ///< of the domain
     std::size_t dropped_triangles = 0, open_edges = 0, nonmanifold_edges = 0;
     RefineStats refine;

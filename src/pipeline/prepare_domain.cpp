@@ -1,6 +1,5 @@
 #include "pipeline/prepare_domain.hpp"
 
-#include "domain/insert_features.hpp"
 #include "domain/surface_creases.hpp"
 #include "domain/surface_polygons.hpp"
 #include "pipeline/seeded_surface.hpp"
@@ -8,6 +7,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
+#include <set>
 
 namespace hexopt {
 
@@ -97,6 +97,12 @@ Status add_weak_creases(const MeshOptions& options, FeaturedSurface& featured) {
     return Done{};
 }
 
+/// Whether several patches count as one where their borders are concerned.
+bool has_groups(const TriangleSoup& soup) {
+    const std::set<Index> groups(soup.patch_group.begin(), soup.patch_group.end());
+    return groups.size() < soup.patch_group.size();
+}
+
 } // namespace
 
 Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOptions& options,
@@ -130,6 +136,7 @@ Result<PreparedDomain> prepare_domain(const TriangleSoup& surface, const MeshOpt
         "domain", [&] { return build_domain(featured->soup, options.features, context, featured->edges); });
     if (!domain) return domain.error();
     prepared.domain = std::move(*domain);
+    if (options.weak_features && has_groups(featured->soup)) prepared.bordered = std::move(*featured);
     return prepared;
 }
 

@@ -39,6 +39,8 @@
 #include <Transfer_FinderProcess.hxx>
 #include <XSControl_TransferWriter.hxx>
 #include <XSControl_WorkSession.hxx>
+#include <gp_Elips.hxx>
+#include <numbers>
 #include <sstream>
 
 namespace hexopt::test {
@@ -125,6 +127,18 @@ std::string step_of_assembly() {
     builder.Add(both, cube.Moved(TopLoc_Location(move)));
     Writer writer;
     writer.add(both);
+    return writer.bytes();
+}
+
+std::string step_of_nose() {
+    const auto arc = [](double from, double to) {
+        const gp_Elips ellipse(gp_Ax2(gp_Pnt(2, 0, 0), gp_Dir(0, 0, 1), gp_Dir(1, 0, 0)), 2, 0.1);
+        return BRepBuilderAPI_MakeEdge(ellipse, from * std::numbers::pi, to * std::numbers::pi).Edge();
+    };
+    const TopoDS_Edge back = BRepBuilderAPI_MakeEdge(gp_Pnt(2, -0.1, 0), gp_Pnt(2, 0.1, 0)).Edge();
+    const TopoDS_Wire outline = BRepBuilderAPI_MakeWire(back, arc(0.5, 1), arc(1, 1.5)).Wire();
+    Writer writer;
+    writer.add(BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(outline).Face(), gp_Vec(0, 0, 1)).Shape());
     return writer.bytes();
 }
 
