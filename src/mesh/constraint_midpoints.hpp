@@ -2,9 +2,7 @@
 
 #include "mesh/hex_mesh.hpp"
 
-#include <cmath>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace hexopt {
@@ -15,21 +13,27 @@ class ConstraintMidpoints {
   public:
     explicit ConstraintMidpoints(const HexMesh& mesh);
 
-    /// Appends the hanging vertices in the middle between two vertices; usually none or one.
+    /// Appends the hanging vertices in the middle between two vertices, by rising row; usually none or one.
     void find(Index from, Index to, std::vector<Index>& found) const;
 
   private:
-    static bool is_close(double a, double b) { return std::abs(a - b) < 1e-6; }
+    struct Term {
+        Index id;
+        double weight;
+    };
+
     std::span<const Index> masters(Index row) const {
         return {hanging_.master.data() + hanging_.offset[row],
                 hanging_.offset[row + 1] - hanging_.offset[row]};
     }
-    void append_half(Index v, std::vector<std::pair<Index, double>>& terms) const;
-    void merge_halves(Index from, Index to, std::vector<Index>& ids, std::vector<double>& weights) const;
+    /// What half a vertex depends on: how much, and merged into the first `count` terms, which are sorted.
+    std::size_t half_count(Index v) const;
+    std::size_t add_half(Index v, std::span<Term> terms, std::size_t count) const;
+    void find_row(std::span<const Term> terms, std::vector<Index>& found) const;
 
     const Hanging& hanging_;
     std::vector<Index> row_of_;
-    std::vector<Index> order_; ///< rows sorted by their masters
+    std::vector<Index> table_; ///< rows by what they depend on: open addressing
 };
 
 } // namespace hexopt

@@ -159,6 +159,7 @@ Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, cons
         !done)
         return done.error();
     octree.put_away();
+    counts.trims.memory.forget_surface();
     if (options.buffers)
         if (Status done = insert_layers(attempt, domain, options, clock, context); !done) return done.error();
     if (Status sound = require_structure(attempt.fitted.mesh, "mesh", context.parallel()); !sound)

@@ -227,11 +227,10 @@ class CoverSteps {
     double bare_before_layers_ = 0;
 };
 
-} // namespace
-
-Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
-                                  std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
-                                  int narrow_levels, double most_kept) {
+/// trim_in_rounds() with `options` as they are.
+Result<TrimOutput> repeat_trim(RefineOutput& refined, const Domain& domain, TrimOptions options,
+                               std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
+                               int narrow_levels, double most_kept) {
     const auto grown = kAskedGrowth * static_cast<double>(refined.octree.cell_count());
     const std::size_t most = std::min(max_cells, static_cast<std::size_t>(grown));
     const double thinnest_wall_h = std::exchange(options.thinnest_wall_h, 0);
@@ -271,6 +270,18 @@ Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, T
         if (!refine_asked(refined, trimmed->refine_cells, most, context))
             options.partial = PartialFaces::remove;
     }
+}
+
+} // namespace
+
+Result<TrimOutput> trim_in_rounds(RefineOutput& refined, const Domain& domain, TrimOptions options,
+                                  std::size_t max_cells, TrimRounds& rounds, Context& context, LeakPath* leak,
+                                  int narrow_levels, double most_kept) {
+    options.count_faults = false; // but once, of what is left in the end
+    auto trimmed =
+        repeat_trim(refined, domain, options, max_cells, rounds, context, leak, narrow_levels, most_kept);
+    if (trimmed && trimmed->report.kept_cells > 0) count_faults(*trimmed, context.parallel());
+    return trimmed;
 }
 
 double kept_once_halved(const RefineOutput& refined, const TrimOutput& trimmed) {

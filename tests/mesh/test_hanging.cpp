@@ -1,4 +1,5 @@
 #include "core/random.hpp"
+#include "mesh/constraint_midpoints.hpp"
 #include "mesh/hanging.hpp"
 
 #include <catch2/catch.hpp>
@@ -90,4 +91,48 @@ TEST_CASE("closing random rows keeps every position and leaves no chain") {
                 REQUIRE(positions[v][axis] == Approx(expected[v][axis]).epsilon(1e-12));
         REQUIRE(max_hanging_deviation(*closed, positions) == 0);
     }
+}
+
+TEST_CASE("vertices in the middle are found by what they depend on, however many vertices that are") {
+    // 30 and 31 depend on ten vertices each, of which they share two; 32 and 33 lie between them, 34 depends
+    // on the same ones but lies nearer to 30; 35 and 36 lie between 0 and 1.
+    HexMesh mesh;
+    mesh.positions.assign(40, Point(0));
+    std::vector<Index> first, second, both;
+    for (Index v = 0; v < 18; ++v) {
+        if (v < 10) first.push_back(v);
+        if (v >= 8) second.push_back(v);
+        both.push_back(v);
+    }
+    const std::vector<double> tenth(10, 0.1);
+    std::vector<double> halves(18, 0.05), nearer(18, 0.04);
+    halves[8] = halves[9] = 0.1;
+    for (std::size_t i = 0; i < 8; ++i) nearer[i] = 0.06;
+    nearer[8] = nearer[9] = 0.1;
+    mesh.hanging = rows_of({{30, first, tenth},
+                            {31, second, tenth},
+                            {32, both, halves},
+                            {33, both, halves},
+                            {34, both, nearer},
+                            {35, {0, 1}, {0.5, 0.5}},
+                            {36, {0, 1}, {0.5, 0.5}}});
+    const ConstraintMidpoints midpoints(mesh);
+    const auto between = [&](Index a, Index b) {
+        std::vector<Index> found;
+        midpoints.find(a, b, found);
+        return found;
+    };
+    CHECK(between(30, 31) == std::vector<Index>{32, 33});
+    CHECK(between(31, 30) == std::vector<Index>{32, 33});
+    CHECK(between(0, 1) == std::vector<Index>{35, 36});
+    CHECK(between(35, 36) == std::vector<Index>{35, 36}); // which lie where they do
+    CHECK(between(0, 2).empty());
+    CHECK(between(30, 0).empty());
+    CHECK(between(38, 39).empty());
+
+    HexMesh plain;
+    plain.positions.assign(2, Point(0));
+    std::vector<Index> found;
+    ConstraintMidpoints(plain).find(0, 1, found);
+    CHECK(found.empty());
 }

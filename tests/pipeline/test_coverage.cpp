@@ -45,6 +45,7 @@ TrimOutput trim_all(const Domain& domain, const RefineOptions& options, int narr
         trim_in_rounds(*refined, domain, how, options.max_cells, rounds, context, nullptr, narrow_levels);
     if (!trimmed) FAIL(trimmed.error().one_line());
     CHECK(rounds.count > 0);
+    CHECK((trimmed->report.surface_quads > 0) == (trimmed->report.kept_cells > 0));
     return std::move(trimmed).value();
 }
 

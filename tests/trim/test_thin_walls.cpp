@@ -7,6 +7,7 @@
 #include "trim/surface_octree.hpp"
 
 #include <catch2/catch.hpp>
+#include <tuple>
 
 using namespace hexopt;
 
@@ -104,14 +105,18 @@ TEST_CASE("parts of walls that mending takes much of are dropped whole") {
     Context context(1);
     const SurfaceQueries queries(domain.model);
     const trimming::CellGraph graph = trimming::build_cell_graph(octree, context.parallel());
-    const trimming::CellSides sides = trimming::find_sides(octree, graph, queries, context);
+    TrimMemory memory;
+    std::vector<Index> keys(octree.cell_count());
+    for (Index c = 0; c < keys.size(); ++c) keys[c] = c;
+    memory.set_keys(keys);
+    const trimming::CellSides sides = trimming::find_sides(octree, graph, queries, context, memory);
     TrimReport report;
     trimming::KeptCells kept(octree, graph, sides, queries, context, report);
     TrimOptions options;
     options.depth_h = 0.5; // none of them
     kept.choose(options);
-    const trimming::Coverage bare =
-        trimming::measure_coverage(octree, graph, sides, kept, queries, context.parallel());
+    const trimming::Coverage bare = trimming::measure_coverage(
+        octree, graph, sides, kept, queries, memory.keys(), context.parallel(), memory.surface());
     auto walls =
         trimming::find_wall_cells(octree, graph, sides, kept, queries, bare.spots, 0.25, context.parallel());
     REQUIRE(walls.size() > 100);
@@ -153,4 +158,37 @@ TEST_CASE("layers one cell thick are refined whole where a front between levels 
     octree = octree_round(surface_box(slab.model), 16, 0.92);
     mesh = make();
     CHECK(trim_with(mesh, slab, 0.25, true).refine_cells == trim_with(mesh, slab, 0.25).refine_cells);
+}
+
+TEST_CASE("bare places are the same where the surface in the cells is known from before") {
+    Random random(7);
+    const Domain domain = make_plate(0.3, random_rotation(random));
+    const HexMesh octree = make_cells(domain, 0.37);
+    std::vector<Index> keys(octree.cell_count());
+    for (Index c = 0; c < keys.size(); ++c) keys[c] = 3 * c + 2;
+    TrimMemory memory;
+    Context context(1);
+    TrimOptions options;
+    for (const bool forgets : {false, true})
+        for (const double thinnest_wall_h : {0.0, 0.25}) {
+            options.thinnest_wall_h = thinnest_wall_h;
+            const auto plain = trim(octree, domain, options, context);
+            memory.set_keys(keys);
+            const auto again = trim(octree, domain, options, context, nullptr, &memory);
+            REQUIRE(plain);
+            REQUIRE(again);
+            CHECK(again->kept_cell == plain->kept_cell);
+            CHECK(again->report.surface_area == plain->report.surface_area);
+            CHECK(again->report.bare_area == plain->report.bare_area);
+            REQUIRE(again->bare_spots.size() == plain->bare_spots.size());
+            if (thinnest_wall_h == 0) REQUIRE_FALSE(again->bare_spots.empty());
+            for (std::size_t i = 0; i < plain->bare_spots.size(); ++i) {
+                const BareSpot &a = again->bare_spots[i], &b = plain->bare_spots[i];
+                CHECK(a.at == b.at);
+                CHECK(std::tie(a.cell, a.patch, a.area, a.thickness, a.part) ==
+                      std::tie(b.cell, b.patch, b.area, b.thickness, b.part));
+            }
+            for (const BareSpot& spot : plain->bare_spots) CHECK(memory.surface().knows(keys[spot.cell]));
+            if (forgets) memory.forget_surface();
+        }
 }

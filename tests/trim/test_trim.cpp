@@ -185,6 +185,14 @@ TEST_CASE("removing partial faces does not spread along fronts between levels") 
         const auto asked = trim(trimmed.octree, domain, options, context);
         REQUIRE(asked);
         REQUIRE_FALSE(asked->refine_cells.empty());
+        options.count_faults = false;
+        auto uncounted = trim(trimmed.octree, domain, options, context);
+        REQUIRE(uncounted);
+        CHECK(uncounted->report.surface_quads == 0);
+        count_faults(*uncounted, context.parallel());
+        CHECK(uncounted->report.surface_quads == asked->report.surface_quads);
+        CHECK(uncounted->report.surface_quads > 0);
+        options.count_faults = true;
         options.partial = PartialFaces::remove;
         auto out = trim(trimmed.octree, domain, options, context);
         REQUIRE(out);

@@ -108,8 +108,11 @@ Status check_options(const RefineOptions& options) {
 }
 
 void rebuild(RefineOutput& out, Context& context) {
+    const auto revision = out.octree.revision;
+    out.octree = {}; // no room for two
+    out.leaf_node = {};
     LeafMesh leaves = out.refinement.leaf_mesh(context.parallel());
-    leaves.mesh.revision = out.octree.revision + 1;
+    leaves.mesh.revision = revision + 1;
     out.octree = std::move(leaves.mesh);
     out.leaf_node = std::move(leaves.leaf_node);
     out.stats.level_cells.clear();

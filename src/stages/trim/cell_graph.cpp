@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
-#include <numeric>
 
 namespace hexopt::trimming {
 
@@ -47,6 +46,7 @@ class MiddleSearch {
         std::sort(graph_.edge_middles.begin(), graph_.edge_middles.end());
         const auto last = std::unique(graph_.edge_middles.begin(), graph_.edge_middles.end());
         graph_.edge_middles.erase(last, graph_.edge_middles.end());
+        graph_.edge_middles.shrink_to_fit(); // found from each of the faces round an edge
         std::sort(graph_.face_middles.begin(), graph_.face_middles.end());
     }
 
@@ -127,35 +127,37 @@ class MiddleSearch {
 };
 
 struct Incidence {
-    Index row, item;
+    Index vertex, cell;
     auto operator<=>(const Incidence&) const = default;
 };
 
-Csr<Index> to_csr(std::vector<Incidence> list, std::size_t rows) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
+/// Items by row, in the order of the list.
+template <class Row, class Item>
+Csr<Index> to_csr(const std::vector<Incidence>& list, std::size_t rows, const Row& row, const Item& item) {
     Csr<Index> csr;
     csr.offset.assign(rows + 1, 0);
-    for (const Incidence& i : list) {
-        ++csr.offset[i.row + 1];
-        csr.item.push_back(i.item);
-    }
-    std::partial_sum(csr.offset.begin(), csr.offset.end(), csr.offset.begin());
+    for (const Incidence& i : list) ++csr.offset[row(i)];
+    std::size_t end = 0;
+    for (std::size_t& offset : csr.offset) offset = end += offset;
+    csr.item.resize(end);
+    // Filling from the last one backwards turns the ends of the rows into their starts.
+    for (auto i = list.rbegin(); i != list.rend(); ++i) csr.item[--csr.offset[row(*i)]] = item(*i);
     return csr;
 }
 
 void link_hanging(const HexMesh& mesh, CellGraph& graph) {
-    std::vector<Incidence> by_vertex;
+    std::vector<Incidence> list;
     for (const CellGraph::FaceMiddle& m : graph.face_middles)
-        by_vertex.push_back({m.vertex, graph.coarse_faces[m.row].cell});
+        list.push_back({m.vertex, graph.coarse_faces[m.row].cell});
     for (const CellGraph::EdgeMiddle& m : graph.edge_middles)
         for (CellCorner at : graph.vertex_cell[m.a])
-            if (has_edge(mesh.cells[at.cell], m.a, m.b)) by_vertex.push_back({m.vertex, at.cell});
-    std::vector<Incidence> by_cell;
-    by_cell.reserve(by_vertex.size());
-    for (const Incidence& i : by_vertex) by_cell.push_back({i.item, i.row});
-    graph.vertex_coarse = to_csr(std::move(by_vertex), mesh.vertex_count());
-    graph.cell_hanging = to_csr(std::move(by_cell), mesh.cell_count());
+            if (has_edge(mesh.cells[at.cell], m.a, m.b)) list.push_back({m.vertex, at.cell});
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    const auto vertex = [](const Incidence& i) { return i.vertex; };
+    const auto cell = [](const Incidence& i) { return i.cell; };
+    graph.vertex_coarse = to_csr(list, mesh.vertex_count(), vertex, cell);
+    graph.cell_hanging = to_csr(list, mesh.cell_count(), cell, vertex);
 }
 
 } // namespace

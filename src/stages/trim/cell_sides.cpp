@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 namespace hexopt::trimming {
 
@@ -100,68 +101,51 @@ Index find_cutting_triangle(const Corners& x, const TriangleTree& tree) {
 }
 
 void measure_cut_cell(const HexMesh& mesh, const SurfaceQueries& queries, Index c, Index triangle,
-                      CellSides& sides) {
+                      TrimMemory::Side& side) {
     const Point centre = cell_centre(mesh, c);
     const Projection nearest = queries.model().project_patch(kNoIndex, centre, triangle);
     const double h = cell_size(mesh, c);
     double depth_h = nearest.distance / h;
-    sides.cut[c] = 1;
-    sides.inside[c] = queries.is_inside(centre);
+    side.cut = true;
+    side.inside = queries.is_inside(centre);
     // The surface is nothing to keep away from where the inside goes on behind it.
-    if (sides.inside[c] && depth_h < 0.5 && queries.is_inside_beyond(centre, nearest, kContact_h * h))
+    if (side.inside && depth_h < 0.5 && queries.is_inside_beyond(centre, nearest, kContact_h * h))
         depth_h = 1;
-    sides.depth_h[c] = static_cast<float>(sides.inside[c] ? depth_h : -depth_h);
+    side.depth_h = static_cast<float>(side.inside ? depth_h : -depth_h);
 }
 
-/// What is remembered of a run of cells; false where some of it is not known.
-bool recall(TrimMemory& memory, Index first, Index last, CellSides& sides) {
-    for (Index c = first; c < last; ++c)
-        if (!memory.side(c).known) return false;
-    for (Index c = first; c < last; ++c) {
-        const TrimMemory::Side& side = memory.side(c);
-        sides.cut[c] = side.cut;
-        if (!side.cut) continue;
-        sides.inside[c] = side.inside;
-        sides.depth_h[c] = side.depth_h;
-    }
-    return true;
-}
-
-void remember(TrimMemory& memory, Index first, Index last, const CellSides& sides) {
-    for (Index c = first; c < last; ++c) {
-        TrimMemory::Side& side = memory.side(c);
-        side.known = true;
-        side.cut = sides.cut[c];
-        if (!side.cut) continue;
-        side.inside = sides.inside[c];
-        side.depth_h = sides.depth_h[c];
-    }
-}
-
-/// Looks at a run of cells.
+/// Looks at those of a run of cells that are not known.
 void find_cut_among(const HexMesh& mesh, const SurfaceQueries& queries, Index first, Index last,
-                    CellSides& sides) {
+                    TrimMemory& memory) {
     Box box;
     for (Index c = first; c < last; ++c)
-        for (Index v : mesh.cells[c]) box.add(mesh.positions[v]);
+        if (!memory.side(c).known)
+            for (Index v : mesh.cells[c]) box.add(mesh.positions[v]);
     const auto any = [](Index, const TriangleTree::Corners&) { return true; };
-    if (!queries.triangles().visit_box(box, any)) return;
+    const bool none = !queries.triangles().visit_box(box, any);
     for (Index c = first; c < last; ++c) {
+        TrimMemory::Side& side = memory.side(c);
+        if (std::exchange(side.known, true) || none) continue;
         const Index triangle = find_cutting_triangle(cell_corners(mesh, c), queries.triangles());
-        if (triangle != kNoIndex) measure_cut_cell(mesh, queries, c, triangle, sides);
+        if (triangle != kNoIndex) measure_cut_cell(mesh, queries, c, triangle, side);
     }
 }
 
 void find_cut_cells(const HexMesh& mesh, const SurfaceQueries& queries, Context& context, CellSides& sides,
-                    TrimMemory* memory) {
+                    TrimMemory& memory) {
     const std::size_t blocks = (mesh.cell_count() + kBlock - 1) / kBlock;
     context.parallel().for_each(blocks, kChunk, [&](std::size_t block) {
         if (context.is_cancelled()) return;
         const auto first = static_cast<Index>(block * kBlock);
         const auto last = static_cast<Index>(std::min(mesh.cell_count(), first + kBlock));
-        if (memory && recall(*memory, first, last, sides)) return;
-        find_cut_among(mesh, queries, first, last, sides);
-        if (memory) remember(*memory, first, last, sides);
+        find_cut_among(mesh, queries, first, last, memory);
+        for (Index c = first; c < last; ++c) {
+            const TrimMemory::Side& side = memory.side(c);
+            sides.cut[c] = side.cut;
+            if (!side.cut) continue;
+            sides.inside[c] = side.inside;
+            sides.depth_h[c] = side.depth_h;
+        }
     });
 }
 
@@ -193,7 +177,7 @@ Csr<Index> fill_regions(const CellGraph& graph, CellSides& sides) {
 class RegionVote {
   public:
     RegionVote(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries, CellSides& sides,
-               TrimMemory* memory)
+               TrimMemory& memory)
         : mesh_(mesh), graph_(graph), queries_(queries), sides_(sides), memory_(memory) {}
 
     void decide(std::span<const Index> members, const Parallel& parallel) {
@@ -238,8 +222,7 @@ class RegionVote {
     }
 
     bool is_inside(Index cell) const {
-        if (!memory_) return queries_.is_inside(cell_centre(mesh_, cell));
-        TrimMemory::Side& side = memory_->side(cell);
+        TrimMemory::Side& side = memory_.side(cell);
         if (!side.side_known) side.inside = queries_.is_inside(cell_centre(mesh_, cell));
         side.side_known = true;
         return side.inside;
@@ -249,7 +232,7 @@ class RegionVote {
     const CellGraph& graph_;
     const SurfaceQueries& queries_;
     CellSides& sides_;
-    TrimMemory* memory_;
+    TrimMemory& memory_;
 };
 
 /// Mean edge length in each direction.
@@ -282,7 +265,7 @@ double cell_volume(const HexMesh& mesh, Index cell) {
 }
 
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
-                     Context& context, TrimMemory* memory) {
+                     Context& context, TrimMemory& memory) {
     CellSides sides;
     sides.cut.assign(mesh.cell_count(), 0);
     sides.inside.assign(mesh.cell_count(), 0);

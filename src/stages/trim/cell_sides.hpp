@@ -32,6 +32,6 @@ double cell_volume(const HexMesh& mesh, Index cell);
 /// Regions are decided by a few of their cells; where the surface is not closed by all beside it, and where
 /// these disagree cell by cell. memory: as in trim().
 CellSides find_sides(const HexMesh& mesh, const CellGraph& graph, const SurfaceQueries& queries,
-                     Context& context, TrimMemory* memory = nullptr);
+                     Context& context, TrimMemory& memory);
 
 } // namespace hexopt::trimming

@@ -14,8 +14,10 @@ struct Coverage {
 
 /// Looks at each cell that the surface cuts: what points the same way in it counts as covered where the
 /// boundary of the kept cells has a face that points that way, too, within a cell along the face's normal and
-/// less than half a cell beside it.
+/// less than half a cell beside it. What is known of the surface in a cell by its key is not looked for
+/// again, and what is found out goes there.
 Coverage measure_coverage(const HexMesh& mesh, const CellGraph& graph, const CellSides& sides,
-                          const KeptCells& kept, const SurfaceQueries& queries, const Parallel& parallel);
+                          const KeptCells& kept, const SurfaceQueries& queries, std::span<const Index> key,
+                          const Parallel& parallel, SurfaceSides& known);
 
 } // namespace hexopt::trimming

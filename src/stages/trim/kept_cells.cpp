@@ -136,18 +136,26 @@ void KeptCells::open_gaps() {
         }
 }
 
-bool KeptCells::on_surface(Index vertex, std::vector<Index>& star) const {
-    graph_.gather_star(vertex, star);
+bool KeptCells::on_surface(Index vertex) const {
     bool any = false, other = false;
-    for (Index c : star) {
-        (kept_[c] ? any : other) = true;
-        for (int f = 0; f < 6 && !other; ++f) other = graph_.is_outer(c, f);
-    }
-    return any && other;
+    const auto look_at = [&](Index c) { (kept_[c] ? any : other) = true; };
+    for (CellCorner at : graph_.vertex_cell[vertex]) look_at(at.cell);
+    for (Index c : graph_.vertex_coarse[vertex]) look_at(c);
+    if (!any || other) return any;
+    const auto is_outer = [&](Index c) {
+        const auto& behind = graph_.neighbour[c];
+        return std::find(behind.begin(), behind.end(), kNoIndex) != behind.end();
+    };
+    for (CellCorner at : graph_.vertex_cell[vertex])
+        if (is_outer(at.cell)) return true;
+    for (Index c : graph_.vertex_coarse[vertex])
+        if (is_outer(c)) return true;
+    return false;
 }
 
 Index KeptCells::find_culprit(Index vertex, std::vector<Index>& star) const {
-    if (!on_surface(vertex, star)) return kNoIndex;
+    if (!on_surface(vertex)) return kNoIndex;
+    graph_.gather_star(vertex, star);
     const StarGroups groups(graph_, kept_, star, vertex, mesh_);
     const int kept_groups = groups.count(true);
     if (kept_groups <= 1 && groups.count(false) <= 1) return kNoIndex;
@@ -164,12 +172,30 @@ Index KeptCells::find_culprit(Index vertex, std::vector<Index>& star) const {
     return best;
 }
 
+std::vector<Index> KeptCells::doubtful_vertices() const {
+    std::vector<Index> vertices;
+    if (!is_mended_) {
+        vertices.resize(mesh_.vertex_count());
+        std::iota(vertices.begin(), vertices.end(), Index{0});
+        return vertices;
+    }
+    for (Index c : changed_) {
+        vertices.insert(vertices.end(), mesh_.cells[c].begin(), mesh_.cells[c].end());
+        const auto hanging = graph_.cell_hanging[c];
+        vertices.insert(vertices.end(), hanging.begin(), hanging.end());
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    return vertices;
+}
+
 std::size_t KeptCells::mend_vertices() {
-    std::vector<std::vector<Index>> bad((mesh_.vertex_count() + kChunk - 1) / kChunk);
-    context_.parallel().for_chunks(mesh_.vertex_count(), kChunk, [&](std::size_t begin, std::size_t end) {
+    const std::vector<Index> doubtful = doubtful_vertices();
+    std::vector<std::vector<Index>> bad((doubtful.size() + kChunk - 1) / kChunk);
+    context_.parallel().for_chunks(doubtful.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         std::vector<Index> star;
-        for (auto v = static_cast<Index>(begin); v < end; ++v)
-            if (find_culprit(v, star) != kNoIndex) bad[begin / kChunk].push_back(v);
+        for (std::size_t i = begin; i < end; ++i)
+            if (find_culprit(doubtful[i], star) != kNoIndex) bad[begin / kChunk].push_back(doubtful[i]);
     });
     std::set<Index> queue;
     for (const auto& part : bad) queue.insert(part.begin(), part.end());
@@ -186,6 +212,8 @@ std::size_t KeptCells::mend_vertices() {
         const auto hanging = graph_.cell_hanging[culprit];
         queue.insert(hanging.begin(), hanging.end());
     }
+    is_mended_ = true;
+    changed_.clear();
     report_.manifold_removed += removed;
     return removed;
 }

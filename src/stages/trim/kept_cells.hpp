@@ -4,6 +4,7 @@
 #include "stages/trim/trim.hpp"
 
 #include <unordered_map>
+#include <utility>
 
 namespace hexopt::trimming {
 
@@ -26,32 +27,36 @@ class KeptCells {
     bool is_kept(Index cell) const { return kept_[cell]; }
     std::span<const std::uint8_t> kept() const { return kept_; }
     void remove(Index cell) {
-        kept_[cell] = 0;
+        change(cell, 0);
         removed_[cell] = 1;
     }
-    void fill(Index cell) { kept_[cell] = 1; }
+    void fill(Index cell) { change(cell, 1); }
     /// Keeps a cell of a thin wall, whatever it was removed for; `middle` stands for it where gaps are looked
     /// for, as its centre may be outside.
     void keep_wall(Index cell, const Point& middle) {
-        kept_[cell] = 1;
+        change(cell, 1);
         removed_[cell] = 0;
         wall_middle_[cell] = middle;
     }
     struct State {
         std::vector<std::uint8_t> kept, removed, tip_age;
+        std::vector<Index> changed;
+        bool is_mended;
     };
-    State state() const { return {kept_, removed_, tip_age_}; }
+    State state() const { return {kept_, removed_, tip_age_, changed_, is_mended_}; }
     void restore(const State& state) {
         kept_ = state.kept;
         removed_ = state.removed;
         tip_age_ = state.tip_age;
+        changed_ = state.changed;
+        is_mended_ = state.is_mended;
     }
     /// False for cells that were removed for a reason.
     bool may_fill(Index cell) const { return !removed_[cell]; }
     /// True for a kept cell on the surface with two opposite faces, or parts of them.
     bool is_in_layer(Index cell) const;
     /// True where kept and other cells (or the outside of the mesh) meet in a vertex.
-    bool on_surface(Index vertex, std::vector<Index>& star) const;
+    bool on_surface(Index vertex) const;
 
   private:
     struct Pair {
@@ -63,6 +68,11 @@ class KeptCells {
     /// Cell to remove so that the surface no longer touches itself in a vertex, or kNoIndex where it does
     /// not.
     Index find_culprit(Index vertex, std::vector<Index>& star) const;
+    void change(Index cell, std::uint8_t kept) {
+        if (std::exchange(kept_[cell], kept) != kept && is_mended_) changed_.push_back(cell);
+    }
+    /// Vertices at which the surface may touch itself: all, or those of cells changed since they were mended.
+    std::vector<Index> doubtful_vertices() const;
     std::size_t mend_vertices();
     std::size_t mend_tips(bool fill_pits);
     bool shallower(Index a, Index b) const {
@@ -84,6 +94,8 @@ class KeptCells {
     std::vector<std::uint8_t> kept_;
     std::vector<std::uint8_t> removed_; ///< per cell: 1 once it has been removed, never to come back
     std::vector<std::uint8_t> tip_age_; ///< per cell: how many tips in a row ended here
+    std::vector<Index> changed_;        ///< cells changed since all vertices were mended
+    bool is_mended_ = false;            ///< all vertices were, but for those of changed_
     std::unordered_map<Index, Point> wall_middle_;
 };
 

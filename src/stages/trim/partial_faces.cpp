@@ -36,8 +36,7 @@ struct EdgeParts {
 
 EdgeParts find_parts(const CellGraph& graph, const KeptCells& kept, Middles edge) {
     EdgeParts parts;
-    std::vector<Index> star;
-    const auto touches = [&](const auto& m) { return kept.on_surface(m.vertex, star); };
+    const auto touches = [&](const auto& m) { return kept.on_surface(m.vertex); };
     if (std::none_of(edge.begin(), edge.end(), touches)) return parts;
     for (std::size_t i = 0; i <= edge.size(); ++i) {
         const Index from = i == 0 ? edge[0].a : edge[i - 1].vertex,

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <numeric>
 #include <span>
 
 namespace hexopt {
@@ -63,15 +64,6 @@ double enclosed_volume(const BoundaryModel& model) {
     return volume;
 }
 
-void count_surface(const HexMesh& mesh, const Parallel& parallel, TrimReport& report) {
-    const Topology topology = compute_topology(mesh, parallel);
-    const trimming::SurfaceFaults faults = trimming::check_surface(mesh, topology);
-    report.surface_quads = topology.boundary_faces.size();
-    report.open_edges = faults.open_edges;
-    report.nonmanifold_edges = faults.nonmanifold_edges;
-    report.nonmanifold_vertices = faults.nonmanifold_vertices;
-}
-
 /// Mends and drops parts until neither changes anything, removing partial sides where asked to.
 Status mend_all(const HexMesh& octree, const CellGraph& graph, const CellSides& sides,
                 const TrimOptions& options, const std::vector<Index>& seed_cells, KeptCells& kept,
@@ -124,7 +116,7 @@ Status check_leaks(const HexMesh& octree, const CellGraph& graph, const CellSide
 /// Trims with a known side of the surface.
 Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& queries, bool seeds_inside,
                              const TrimOptions& options, Context& context, std::vector<Index>* leak_path,
-                             TrimMemory* memory) {
+                             TrimMemory& memory) {
     const auto seed_cells = trimming::find_seed_cells(octree, options.seeds);
     if (!seed_cells) return seed_cells.error();
     const CellGraph graph = trimming::build_cell_graph(octree, context.parallel());
@@ -146,7 +138,8 @@ Result<TrimOutput> trim_side(const HexMesh& octree, const SurfaceQueries& querie
     if (context.is_cancelled()) return trim_error(ErrorCode::cancelled, "", "cancelled");
     trimming::Coverage coverage;
     const auto measure = [&] {
-        return trimming::measure_coverage(octree, graph, sides, kept, queries, context.parallel());
+        return trimming::measure_coverage(octree, graph, sides, kept, queries, memory.keys(),
+                                          context.parallel(), memory.surface());
     };
     if (options.seeds.empty()) coverage = measure();
     if (options.rule == TrimRule::centre && options.thinnest_wall_h > 0 && !coverage.spots.empty()) {
@@ -207,12 +200,19 @@ Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimO
     if (Status ok = check_options(options); !ok) return ok.error();
     context.report("trim", 0);
     TrimMemory own;
-    SurfaceQueries& queries = (memory ? *memory : own).queries(domain.model);
+    if (!memory) {
+        std::vector<Index> keys(octree.cell_count());
+        std::iota(keys.begin(), keys.end(), Index{0});
+        own.set_keys(std::move(keys));
+        memory = &own;
+    }
+    SurfaceQueries& queries = memory->queries(domain.model);
     const Result<WindingRange> side = trimming::choose_side(queries, options.seeds);
     if (!side) return side.error();
     const bool seeds_inside = side->low == WindingRange{}.low;
     if (!seeds_inside) queries.choose_inside(*side);
-    Result<TrimOutput> output = trim_side(octree, queries, seeds_inside, options, context, leak_path, memory);
+    Result<TrimOutput> output =
+        trim_side(octree, queries, seeds_inside, options, context, leak_path, *memory);
     if (!output) return output;
     if (output->report.kept_cells == 0) {
         if (!output->bare_spots.empty()) return output;
@@ -224,8 +224,17 @@ Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimO
                               domain.open_edges)
                 : "no cell is inside the surface, which encloses nothing there");
     }
-    count_surface(output->kept, context.parallel(), output->report);
+    if (options.count_faults) count_faults(*output, context.parallel());
     return output;
+}
+
+void count_faults(TrimOutput& output, const Parallel& parallel) {
+    const Topology topology = compute_topology(output.kept, parallel);
+    const trimming::SurfaceFaults faults = trimming::check_surface(output.kept, topology);
+    output.report.surface_quads = topology.boundary_faces.size();
+    output.report.open_edges = faults.open_edges;
+    output.report.nonmanifold_edges = faults.nonmanifold_edges;
+    output.report.nonmanifold_vertices = faults.nonmanifold_vertices;
 }
 
 } // namespace hexopt

@@ -5,6 +5,7 @@
 #include "domain/domain.hpp"
 #include "domain/surface_queries.hpp"
 #include "mesh/hex_mesh.hpp"
+#include "stages/trim/surface_sides.hpp"
 
 #include <memory>
 #include <vector>
@@ -39,6 +40,8 @@ struct TrimOptions {
     /// Where the surface would be left bare, cells are kept that the middle of a wall goes through which is
     /// at least so thick, in cells; 0: none. Not with seeds or the strict rule. 0..1
     double thinnest_wall_h = 0.25;
+    /// Whether faults of the surface left are counted; see count_faults().
+    bool count_faults = true;
 };
 
 /// A place of the surface that no kept cell is near.
@@ -82,7 +85,7 @@ struct TrimReport {
     Point first_bare = Point(0);   ///< a place there
     std::size_t half_faces = 0;    ///< faces, in the mesh as it is left
     std::size_t half_edges = 0;    ///< edges, in the mesh as it is left
-    std::size_t surface_quads = 0; ///< faces of the surface left
+    std::size_t surface_quads = 0; ///< faces of the surface left; as the next ones by count_faults()
     /// Of the surface left, hanging vertices inserted; all 0 where it is a closed manifold, which it is
     /// where nothing is to be refined.
     std::size_t open_edges = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0;
@@ -105,6 +108,7 @@ class TrimMemory {
     /// Key of each cell of the octree that is trimmed next: stays with a cell while it is not split. The
     /// memory is for one domain and one choice of seeds.
     void set_keys(std::vector<Index> keys);
+    std::span<const Index> keys() const { return keys_; }
 
     struct Side {
         bool known = false; ///< whether the surface cuts the cell, and where it does also the rest
@@ -116,10 +120,14 @@ class TrimMemory {
     Side& side(Index cell) { return side_[keys_[cell]]; }
     /// Of the domain's surface, its outward side; made once.
     SurfaceQueries& queries(const BoundaryModel& model);
+    trimming::SurfaceSides& surface() { return surface_; }
+    /// Forgets what takes most of the room: where the surface is in the cells that it cuts.
+    void forget_surface() { surface_ = {}; }
 
   private:
     std::vector<Index> keys_;
     std::vector<Side> side_; ///< by key
+    trimming::SurfaceSides surface_;
     std::shared_ptr<SurfaceQueries> queries_;
 };
 
@@ -134,5 +142,8 @@ class TrimMemory {
 Result<TrimOutput> trim(const HexMesh& octree, const Domain& domain, const TrimOptions& options,
                         Context& context, std::vector<Index>* leak_path = nullptr,
                         TrimMemory* memory = nullptr);
+
+/// Counts the faces of the surface left and the places where it is no closed manifold.
+void count_faults(TrimOutput& output, const Parallel& parallel);
 
 } // namespace hexopt
