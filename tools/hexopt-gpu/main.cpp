@@ -1,4 +1,5 @@
 #include "command.hpp"
+#include "unused_pages.hpp"
 
 #include <csignal>
 #include <cstdio>
@@ -49,6 +50,7 @@ int run(CLI::App& app, cli::Session& session, int argc, char** argv) {
 
 int main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the limit is an error of that write, not the end
+    cli::release_loaded_pages();
     cli::Session session;
     CLI::App app{"Hexahedral mesher and mesh optimizer on Vulkan and CPU", "hexopt-gpu"};
     app.set_version_flag("--version", "hexopt-gpu " HEXOPT_VERSION);
