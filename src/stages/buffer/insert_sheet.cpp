@@ -6,6 +6,14 @@ namespace {
 
 constexpr double kCopyShift = 0.4; ///< of the way to the cells' centres
 
+/// For so many more, and some to spare: there may be many sheets. Arrays of the whole mesh that grow by
+/// themselves come to be twice as large as they need be.
+template <class T>
+void make_room(std::vector<T>& array, std::size_t more) {
+    const std::size_t needed = array.size() + more;
+    if (needed > array.capacity()) array.reserve(needed + needed / 16);
+}
+
 /// Edges between flagged vertices that cells have, to see which splits remain.
 class EdgeSet {
   public:
@@ -160,6 +168,11 @@ class SheetInsertion {
 
     void run() {
         const std::size_t old_cells = mesh_.cells.size();
+        make_room(mesh_.cells, plan_.quads.size());
+        make_room(mesh_.level, plan_.quads.size());
+        make_room(mesh_.positions, plan_.vertices.size());
+        make_room(mesh_.association, plan_.vertices.size());
+        if (!mesh_.unfitted.empty()) make_room(mesh_.unfitted, plan_.vertices.size());
         SplitUpdate splits(mesh_, copy_of_);
         const std::vector<Point> targets = find_targets(mesh_.positions);
         const std::vector<Point> unfitted_targets =

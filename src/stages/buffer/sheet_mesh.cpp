@@ -110,6 +110,11 @@ Result<SheetMesh> open_sheet_mesh(FittedMesh fitted, const Parallel& parallel) {
 
 Result<FittedMesh> close_sheet_mesh(SheetMesh mesh, SheetMeshOrigin origin, const BoundaryModel& model,
                                     const Parallel& parallel) {
+    mesh.positions.shrink_to_fit();
+    mesh.unfitted.shrink_to_fit();
+    mesh.cells.shrink_to_fit();
+    mesh.level.shrink_to_fit();
+    mesh.association.shrink_to_fit();
     Result<Hanging> hanging = close_hanging(rows_of(mesh.splits), mesh.positions.size());
     if (!hanging) return hanging.error();
     settle_hanging(mesh, *hanging, model);

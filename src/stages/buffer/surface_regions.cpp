@@ -3,7 +3,6 @@
 #include "stages/buffer/edge_uses.hpp"
 
 #include <numeric>
-#include <tuple>
 
 namespace hexopt {
 
@@ -457,29 +456,25 @@ std::vector<Index> RegionGroups::numbers() const {
 void part_pinched(const SheetMesh& mesh, RegionGroups& groups) {
     struct Touch {
         Index vertex, group;
-        int quads_twice, inner_edges;
+        auto operator<=>(const Touch&) const = default;
     };
-    std::vector<Touch> touches;
+    std::vector<Touch> touches; // one for each edge of a group's border at a vertex: two a fan of its quads
     for_each_edge(find_edge_uses(surface_vertices(mesh), mesh.splits), [&](std::span<const EdgeUse> uses) {
         const Index first = groups.find(mesh.surface[uses.front().quad].region);
         const Index last = groups.find(mesh.surface[uses.back().quad].region);
+        if (uses.size() > 1 && first == last) return;
         for (Index v : {low_of(uses[0].edge), high_of(uses[0].edge)}) {
-            touches.push_back({v, first, 1, 0});
-            if (uses.size() > 1) touches.push_back({v, last, 1, first == last ? 1 : 0});
+            touches.push_back({v, first});
+            if (uses.size() > 1) touches.push_back({v, last});
         }
     });
-    std::sort(touches.begin(), touches.end(), [](const Touch& a, const Touch& b) {
-        return std::tie(a.vertex, a.group) < std::tie(b.vertex, b.group);
-    });
+    std::sort(touches.begin(), touches.end());
     std::vector<std::uint8_t> is_pinched(groups.size(), 0);
     for (std::size_t i = 0; i < touches.size();) {
-        Touch sum = touches[i];
         std::size_t end = i + 1;
-        for (; end < touches.size() && touches[end].vertex == sum.vertex && touches[end].group == sum.group;
-             ++end)
-            sum.quads_twice += touches[end].quads_twice, sum.inner_edges += touches[end].inner_edges;
-        const int fans = sum.quads_twice / 2 - sum.inner_edges;
-        if (fans > 1) is_pinched[sum.group] = 1;
+        while (end < touches.size() && touches[end] == touches[i]) ++end;
+        const std::size_t fans = (end - i) / 2;
+        if (fans > 1) is_pinched[touches[i].group] = 1;
         i = end;
     }
     std::vector<Index> parted;
