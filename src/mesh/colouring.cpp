@@ -23,7 +23,7 @@ class CellColours {
     /// Colours of a page that neighbours of a vertex (or itself) have.
     std::uint64_t used_near(Index vertex, std::size_t page) const {
         std::uint64_t used = 0;
-        for (CellCorner at : stencils_.ball(vertex)) used |= pages_[page][at.cell];
+        for (BallEntry at : stencils_.ball(vertex)) used |= pages_[page][at.cell];
         return used;
     }
     std::uint16_t lowest_free(Index vertex) const {
@@ -34,7 +34,7 @@ class CellColours {
     }
     void flip(Index vertex, std::uint16_t colour) {
         while (pages_.size() <= colour / 64u) pages_.emplace_back(cell_count_, 0);
-        for (CellCorner at : stencils_.ball(vertex))
+        for (BallEntry at : stencils_.ball(vertex))
             pages_[colour / 64][at.cell] ^= std::uint64_t{1} << colour % 64;
     }
 
@@ -115,7 +115,7 @@ class ColourMerger {
             if (colour_[w] == wanted && std::find(found.begin(), found.end(), w) == found.end())
                 found.push_back(w);
         };
-        for (CellCorner at : stencils_.ball(v))
+        for (BallEntry at : stencils_.ball(v))
             for (Index w : mesh_.cells[at.cell]) {
                 const Index row = topology_.hanging_row.empty() ? kNoIndex : topology_.hanging_row[w];
                 if (row == kNoIndex)
@@ -154,7 +154,7 @@ std::size_t largest_clique(const Stencils& stencils, const std::vector<Index>& o
                            std::size_t cell_count) {
     std::vector<std::uint16_t> count(cell_count, 0);
     for (Index v : order)
-        for (CellCorner at : stencils.ball(v)) ++count[at.cell];
+        for (BallEntry at : stencils.ball(v)) ++count[at.cell];
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 

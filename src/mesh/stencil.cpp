@@ -83,7 +83,7 @@ Stencils compute_stencils(const HexMesh& mesh, const Topology& topology) {
         stencils.patterns = table.take();
         return stencils;
     }
-    Csr<CellCorner>& ball = stencils.own;
+    Csr<BallEntry>& ball = stencils.own;
     ball.offset.assign(mesh.vertex_count() + 1, 0);
     CellMasters masters(mesh, topology.hanging_row);
     for (const Cell& cell : mesh.cells)

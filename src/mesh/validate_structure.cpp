@@ -33,7 +33,7 @@ class Checker {
     Checker(const HexMesh& mesh, const Parallel& parallel) : mesh_(mesh), parallel_(parallel) {}
 
     std::vector<Violation> check() {
-        if (mesh_.vertex_count() >= kNoIndex || mesh_.cell_count() >= kNoIndex) {
+        if (mesh_.vertex_count() >= kNoIndex || mesh_.cell_count() > CellCorner::kMostCells) {
             add(ViolationKind::too_large,
                 fmt::format("vertices {}, cells {}", mesh_.vertex_count(), mesh_.cell_count()));
             return list();
@@ -104,7 +104,7 @@ class Checker {
                 Cell sorted = mesh_.cells[at.cell];
                 std::sort(sorted.begin(), sorted.end());
                 if (sorted[0] == v && (cells.empty() || cells.back().second != at.cell))
-                    cells.emplace_back(sorted, at.cell);
+                    cells.emplace_back(sorted, Index{at.cell});
             }
             std::sort(cells.begin(), cells.end());
             for (std::size_t i = 1; i < cells.size(); ++i)

@@ -7,7 +7,7 @@
 namespace hexopt {
 
 enum class ViolationKind {
-    too_large,             ///< more vertices or cells than an Index holds
+    too_large,             ///< more vertices than an Index holds, or cells than a CellCorner does
     vertex_out_of_range,   ///< a cell names a vertex that does not exist
     repeated_vertex,       ///< a cell names a vertex twice
     position_not_finite,   ///< of a vertex that a cell uses

@@ -59,7 +59,7 @@ TEST_CASE("stencils list exactly the cells and weights of the definition") {
             for (std::size_t i = 0; i < ball.size(); ++i, ++at) {
                 REQUIRE(ball[i].cell == at->first);
                 REQUIRE(stencils.weights(ball[i]) == at->second);
-                if (ball[i].corner < 8) REQUIRE(mesh.cells[ball[i].cell][ball[i].corner] == v);
+                if (ball[i].pattern < 8) REQUIRE(mesh.cells[ball[i].cell][ball[i].pattern] == v);
             }
         }
     }
@@ -71,7 +71,7 @@ TEST_CASE("a conforming mesh's stencils are its vertex cells") {
     const Stencils stencils = compute_stencils(mesh, topology);
     CHECK(stencils.patterns.size() == 8);
     CHECK(stencils.own.item.empty());
-    CHECK(stencils.ball(0).data() == topology.vertex_cell[0].data());
+    CHECK(stencils.ball(0).corners() == topology.vertex_cell[0].data());
 }
 
 TEST_CASE("moving a master moves its ball as the stencil says and keeps every determinant affine") {
@@ -93,7 +93,7 @@ TEST_CASE("moving a master moves its ball as the stencil says and keeps every de
             };
             const std::vector<Point> once = moved(1), twice = moved(2);
             std::vector<std::uint8_t> in_ball(mesh.cell_count(), 0);
-            for (CellCorner at : stencils.ball(v)) {
+            for (BallEntry at : stencils.ball(v)) {
                 in_ball[at.cell] = 1;
                 for (int k = 0; k < 8; ++k) {
                     const Index corner = mesh.cells[at.cell][k];

@@ -185,7 +185,7 @@ void Ball::gather(const HexMesh& mesh, std::span<const Point> positions, const S
     box_ = {Point(0), Point(0)};
     double total = 0;
     const auto ball = stencils.ball(vertex);
-    for (CellCorner entry : ball) {
+    for (BallEntry entry : ball) {
         const Cell& cell = mesh.cells[entry.cell];
         const CornerWeights& weights = stencils.weights(entry);
         for (Index v : cell) {

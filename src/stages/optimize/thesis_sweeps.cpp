@@ -73,7 +73,7 @@ void LocalSweeps::for_each_vertex(const Visit& visit) {
 
 bool LocalSweeps::touches(Index vertex, std::span<const std::uint8_t> cells) const {
     const auto ball = stencils_.ball(vertex);
-    return std::any_of(ball.begin(), ball.end(), [&](CellCorner entry) { return cells[entry.cell] != 0; });
+    return std::any_of(ball.begin(), ball.end(), [&](BallEntry entry) { return cells[entry.cell] != 0; });
 }
 
 void LocalSweeps::move(Index vertex, const Point& d) {
