@@ -65,6 +65,21 @@ TEST_CASE("a scrambled cube untangles to the lattice") {
     CHECK(counts.is_valid());
 }
 
+TEST_CASE("the input's positions are handed over where there are better ones") {
+    Context context(1);
+    const OptimizeOptions options{.boundary = BoundaryMode::fixed};
+    HexMesh mesh = make_grid(5);
+    const Topology topology = compute_topology(mesh);
+    std::vector<Point> replaced;
+    REQUIRE(optimize(mesh, topology, nullptr, options, context, nullptr, &replaced)); // perfect as it is
+    CHECK(replaced.empty());
+    scramble_interior(mesh, 5);
+    const std::vector<Point> before = mesh.positions;
+    REQUIRE(optimize(mesh, topology, nullptr, options, context, nullptr, &replaced));
+    CHECK(replaced == before);
+    CHECK(mesh.positions != before);
+}
+
 TEST_CASE("a fixed boundary stays bit for bit") {
     HexMesh mesh = make_grid(6);
     scramble_interior(mesh, 5);

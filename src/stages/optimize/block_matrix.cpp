@@ -32,7 +32,7 @@ Csr<Index> cells_of_dofs(const Problem& problem) {
 
 } // namespace
 
-BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
+BlockMatrix::BlockMatrix(const Problem& problem, Index widest) : problem_(&problem) {
     const Csr<Index> dof_cell = cells_of_dofs(problem);
     Csr<Index> pattern;
     std::vector<Index> last(problem.dof_count(), kNoIndex);
@@ -49,10 +49,23 @@ BlockMatrix::BlockMatrix(const Problem& problem) : problem_(&problem) {
     }
     row_schedule_ = ChunkSchedule(pattern, problem.dof_count(), kRowChunk);
     offset_ = std::move(pattern.offset);
-    column_ = std::move(pattern.item);
-    value_.resize(9 * column_.size() + 1);
+    keep_columns(std::move(pattern.item), widest);
+    value_.resize(9 * offset_.back() + 1);
 
     find_slots();
+}
+
+void BlockMatrix::keep_columns(std::vector<Index> column, Index widest) {
+    Index farthest = 0;
+    for (std::size_t row = 0; row < rows(); ++row)
+        for (std::size_t k = offset_[row]; k < offset_[row + 1]; ++k)
+            farthest = std::max(farthest, column[k] -= static_cast<Index>(row));
+    if (farthest <= widest) {
+        near_column_.assign(column.begin(), column.end());
+    } else {
+        far_column_ = std::move(column);
+        far_column_.shrink_to_fit();
+    }
 }
 
 /// Calls visit(i, j, a, b) for what corners i <= j of a cell give to dofs a and b.
@@ -67,10 +80,22 @@ void BlockMatrix::visit_shares(std::size_t cell, const Visit& visit) const {
                     if (i != j || a.dof <= b.dof) visit(i, j, a, b);
 }
 
+std::size_t BlockMatrix::count_slots() const {
+    const Problem& problem = *problem_;
+    if (!problem.has_hanging()) return 36 * problem.cell_count();
+    std::size_t count = 0;
+    for (std::size_t c = 0; c < problem.cell_count(); ++c)
+        if (problem.cell_has_hanging(c))
+            visit_shares(c, [&](int, int, DofShare, DofShare) { ++count; });
+        else
+            count += 36;
+    return count;
+}
+
 void BlockMatrix::find_slots() {
     const Problem& problem = *problem_;
     if (problem.has_hanging()) slot_begin_.reserve(problem.cell_count());
-    slot_.reserve(36 * problem.cell_count());
+    slot_.reserve(count_slots());
     for (std::size_t c = 0; c < problem.cell_count(); ++c) {
         if (problem.has_hanging()) slot_begin_.push_back(static_cast<std::uint32_t>(slot_.size()));
         if (problem.cell_has_hanging(c)) {
@@ -99,9 +124,12 @@ std::uint8_t BlockMatrix::find_slot(Index a, Index b) const {
 void BlockMatrix::set_zero() { std::fill(value_.begin(), value_.end(), 0.0f); }
 
 std::size_t BlockMatrix::find(Index row, Index column) const {
-    const auto begin = column_.begin() + static_cast<std::ptrdiff_t>(offset_[row]);
-    const auto end = column_.begin() + static_cast<std::ptrdiff_t>(offset_[row + 1]);
-    return static_cast<std::size_t>(std::lower_bound(begin, end, column) - column_.begin());
+    const auto find_in = [&](const auto& columns) {
+        const auto begin = columns.begin() + static_cast<std::ptrdiff_t>(offset_[row]);
+        const auto end = columns.begin() + static_cast<std::ptrdiff_t>(offset_[row + 1]);
+        return static_cast<std::size_t>(std::lower_bound(begin, end, column - row) - columns.begin());
+    };
+    return far_column_.empty() ? find_in(near_column_) : find_in(far_column_);
 }
 
 void BlockMatrix::add_cell(std::size_t cell, const float* block, std::size_t stride) {
@@ -185,7 +213,9 @@ void BlockMatrix::add_diagonal(Index row, const glm::dmat3& block) {
 
 /// Rows of blocks are loaded four numbers at a time; the fourth belongs to the next row and ends up in a lane
 /// that nobody reads.
-void BlockMatrix::multiply(std::span<const Float4> x, std::span<Float4> y, const Parallel& parallel) const {
+template <class Column>
+void BlockMatrix::multiply(const Column* column, std::span<const Float4> x, std::span<Float4> y,
+                           const Parallel& parallel) const {
     parallel.for_each(rows(), kVectorChunk, [&](std::size_t i) { y[i] = Float4{}; });
     row_schedule_.run(parallel, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
@@ -194,15 +224,23 @@ void BlockMatrix::multiply(std::span<const Float4> x, std::span<Float4> y, const
             Float4 sum0 = load4(m) * x[row], sum1 = load4(m + 3) * x[row], sum2 = load4(m + 6) * x[row];
             for (std::size_t k = offset_[row] + 1; k < offset_[row + 1]; ++k) {
                 m += 9;
-                const Float4 m0 = load4(m), m1 = load4(m + 3), m2 = load4(m + 6), xj = x[column_[k]];
+                const std::size_t j = row + column[k];
+                const Float4 m0 = load4(m), m1 = load4(m + 3), m2 = load4(m + 6), xj = x[j];
                 sum0 += m0 * xj;
                 sum1 += m1 * xj;
                 sum2 += m2 * xj;
-                y[column_[k]] += m0 * x0 + m1 * x1 + m2 * x2;
+                y[j] += m0 * x0 + m1 * x1 + m2 * x2;
             }
             y[row] += Float4{sum3(sum0), sum3(sum1), sum3(sum2), 0};
         }
     });
+}
+
+void BlockMatrix::multiply(std::span<const Float4> x, std::span<Float4> y, const Parallel& parallel) const {
+    if (far_column_.empty())
+        multiply(near_column_.data(), x, y, parallel);
+    else
+        multiply(far_column_.data(), x, y, parallel);
 }
 
 Point restrict_to(const Freedom& freedom, const Point& v) {
@@ -265,14 +303,26 @@ Float4 to_float4(const Point& p) {
     return Float4{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0};
 }
 
-Float4 restrict_to(const Freedom& freedom, const Float4& v) {
-    if (freedom.kind == Freedom::free) return v;
-    return to_float4(hexopt::restrict_to(freedom, Point(v[0], v[1], v[2])));
+Float4 allowed(const Freedom* freedom, const Float4& v) {
+    if (!freedom || freedom->kind == Freedom::free) return v;
+    return to_float4(restrict_to(*freedom, Point(v[0], v[1], v[2])));
+}
+
+/// Calls body(dof, freedom), freedom null where the dof is not held.
+template <class Body>
+void for_each_dof(std::size_t dofs, std::size_t chunk, const HeldDofs& held, const Parallel& parallel,
+                  const Body& body) {
+    parallel.for_chunks(dofs, chunk, [&](std::size_t begin, std::size_t end) {
+        const auto first = std::lower_bound(held.dof.begin(), held.dof.end(), begin);
+        auto k = static_cast<std::size_t>(first - held.dof.begin());
+        for (std::size_t i = begin; i < end; ++i)
+            body(i, k < held.dof.size() && held.dof[k] == i ? &held.freedom[k++] : nullptr);
+    });
 }
 
 } // namespace
 
-CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span<const Freedom> freedom,
+CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, const HeldDofs& held,
                   std::span<Point> x, double tolerance, int max_iterations, const Parallel& parallel) {
     const std::size_t n = matrix.rows();
     CgResult result;
@@ -285,16 +335,14 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
     std::vector<Float4> r(n), p(n), q(n);
     std::vector<Float4>& z = q; // the preconditioned residual is needed only while A p is not
     std::vector<Symmetric> inverse(n);
-    const auto allowed = [&](std::size_t i, const Float4& v) {
-        return freedom.empty() ? v : restrict_to(freedom[i], v);
-    };
-    parallel.for_each(n, 512, [&](std::size_t i) {
-        inverse[i] = inverse_diagonal(matrix.diagonal(i), freedom.empty() ? nullptr : &freedom[i]);
-        r[i] = allowed(i, to_float4(b[i] / scale));
+    for_each_dof(n, 512, held, parallel, [&](std::size_t i, const Freedom* freedom) {
+        inverse[i] = inverse_diagonal(matrix.diagonal(i), freedom);
+        r[i] = allowed(freedom, to_float4(b[i] / scale));
     });
     const auto precondition = [&] {
-        parallel.for_each(n, kVectorChunk,
-                          [&](std::size_t i) { z[i] = allowed(i, times(inverse[i], r[i])); });
+        for_each_dof(n, kVectorChunk, held, parallel, [&](std::size_t i, const Freedom* freedom) {
+            z[i] = allowed(freedom, times(inverse[i], r[i]));
+        });
     };
     precondition();
     std::copy(z.begin(), z.end(), p.begin());
@@ -302,8 +350,8 @@ CgResult solve_cg(const BlockMatrix& matrix, std::span<const Point> b, std::span
     const double start = rz;
     while (result.iterations < max_iterations && rz > tolerance * start && rz > 0) {
         matrix.multiply(p, q, parallel);
-        if (!freedom.empty())
-            parallel.for_each(n, kVectorChunk, [&](std::size_t i) { q[i] = allowed(i, q[i]); });
+        parallel.for_each(held.dof.size(), kVectorChunk,
+                          [&](std::size_t k) { q[held.dof[k]] = allowed(&held.freedom[k], q[held.dof[k]]); });
         const double curvature = dot(p, q, parallel);
         if (!(curvature > 0)) break;
         const double alpha = rz / curvature;

@@ -94,10 +94,11 @@ Status DeviceSliders::upload(const SurfaceLimits& limits, std::span<const Point>
         const Association bound = model_->associations()[v];
         last_[i] = model_->project(bound, positions[v], last_[i]).element;
         const auto [first, end] = surface_->nodes(bound);
-        slide[i] = {dof_[i], v,   freedom_of(bound.kind, limits.band[v] > 0),
+        slide[i] = {dof_[i], v,   freedom_of(bound.kind, limits.is_off_surface(v)),
                     first,   end, surface_->element_of(bound, last_[i])};
-        range[2 * i] = device_->frame.to_local(limits.start[v]);
-        range[2 * i + 1] = Point(std::min<double>(limits.reach[v] / unit, kFar), limits.band[v] / unit, 0);
+        range[2 * i] = device_->frame.to_local(limits.start.empty() ? positions[v] : limits.start[v]);
+        const double band = limits.is_off_surface(v) ? limits.band[v] : 0;
+        range[2 * i + 1] = Point(std::min<double>(limits.reach_of(v) / unit, kFar), band / unit, 0);
     });
     using Slides = std::span<const std::array<std::uint32_t, 6>>;
     if (auto s = device_->backend->upload(slide_, 0, std::as_bytes(Slides(slide))); !s) return s;

@@ -7,7 +7,11 @@ namespace hexopt {
 
 HomeMotion::HomeMotion(const Problem& problem, const BoundaryModel& surface, std::span<const Hold> hold,
                        std::span<const Point> anchor)
-    : problem_(problem), surface_(surface), hold_(hold), anchor_(anchor), last_(problem.dof_count()) {}
+    : problem_(problem), surface_(surface), hold_(hold), anchor_(anchor), last_(problem.dof_count()) {
+    const auto bound = surface.associations();
+    for (Index d = 0; d < problem.dof_count(); ++d)
+        if (bound[problem.dof_vertex()[d]].kind != EntityKind::interior) on_surface_.push_back(d);
+}
 
 void HomeMotion::update(double pull) {
     std::vector<double> count(problem_.dof_count(), 0);
@@ -41,15 +45,14 @@ const Projection& HomeMotion::project(Index dof, const Point& query) const {
 
 void HomeMotion::freedoms(std::span<const Point> positions, std::span<Freedom> out) const {
     const auto bound = surface_.associations();
-    for (Index d = 0; d < out.size(); ++d) {
-        const Index v = problem_.dof_vertex()[d];
-        out[d] = {};
-        if (bound[v].kind == EntityKind::interior || hold_[v] == Hold::drawn || hold_[v] == Hold::anchored)
-            continue;
-        out[d] = {Freedom::none, Point(0)};
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const Index d = on_surface_[i], v = problem_.dof_vertex()[d];
+        out[i] = {};
+        if (hold_[v] == Hold::drawn || hold_[v] == Hold::anchored) continue;
+        out[i] = {Freedom::none, Point(0)};
         if (bound[v].kind == EntityKind::corner || hold_[v] == Hold::fixed) continue;
         const Projection& at = project(d, positions[v]);
-        out[d] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, at.direction};
+        out[i] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, at.direction};
     }
 }
 

@@ -26,6 +26,7 @@ class HomeMotion final : public Motion {
     /// in hundreds of tetrahedra.
     void update(double pull);
 
+    std::span<const Index> on_surface() const override { return on_surface_; }
     void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
     Point place(Index dof, const Point& wanted) const override;
     std::span<const Index> limited() const override { return limited_; }
@@ -45,7 +46,7 @@ class HomeMotion final : public Motion {
     const BoundaryModel& surface_;
     std::span<const Hold> hold_;
     std::span<const Point> anchor_;
-    std::vector<Index> limited_;
+    std::vector<Index> on_surface_, limited_;
     std::vector<double> stiffness_; ///< per dof
     mutable std::vector<Last> last_;
 };

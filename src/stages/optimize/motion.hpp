@@ -18,7 +18,9 @@ struct LimitTerm {
 class Motion {
   public:
     virtual ~Motion() = default;
-    /// Fills the freedom of every dof at the given positions (of all vertices).
+    /// Dofs bound to the surface, rising; the others are always free.
+    virtual std::span<const Index> on_surface() const = 0;
+    /// Fills the freedom of each of them at the given positions (of all vertices).
     virtual void freedoms(std::span<const Point> positions, std::span<Freedom> out) const = 0;
     /// The point nearest to where dof `dof` wants to go that it can take: on its entity, or anywhere.
     virtual Point place(Index dof, const Point& wanted) const = 0;

@@ -43,7 +43,7 @@ HexGroup group_of(const Problem& problem, const Objective& objective, std::span<
 Newton::Newton(Problem& problem, std::vector<Point>& positions, const Motion* motion, Budget& budget)
     : problem_(problem), positions_(positions), motion_(motion), budget_(budget), matrix_(problem),
       schedule_(problem.cell_dof(), problem.dof_count(), kCellChunk), gradient_(problem.dof_count()),
-      step_(problem.dof_count()), freedom_(motion ? problem.dof_count() : 0) {
+      step_(problem.dof_count()), freedom_(motion ? motion->on_surface().size() : 0) {
     problem.release_cell_dof();
 }
 
@@ -273,8 +273,9 @@ bool Newton::is_blocked(double length, double slope) const {
 /// Takes from the dofs that their entity did not let go where they wanted the direction in which it did not.
 void Newton::hold_blocked(double length) {
     const auto dofs = problem_.dof_vertex();
-    for (std::size_t d = 0; d < dofs.size(); ++d) {
-        Freedom& freedom = freedom_[d];
+    for (std::size_t i = 0; i < freedom_.size(); ++i) {
+        const Index d = motion_->on_surface()[i];
+        Freedom& freedom = freedom_[i];
         if (freedom.kind != Freedom::plane && freedom.kind != Freedom::line) continue;
         const Point wanted = length * step_[d], got = positions_[dofs[d]] - start_[d];
         const double size = glm::length(wanted), went = glm::length(got);
@@ -295,12 +296,13 @@ NewtonResult Newton::minimise(const Objective& objective, const NewtonOptions& o
     while (result.steps < options.max_steps && !budget_.exhausted()) {
         if (motion_) motion_->freedoms(positions_, freedom_);
         assemble(objective);
-        start_ = {}; // not while the linear solver needs as much
         for (Point& g : gradient_) g = -g;
         const double before = value.energy;
         Search search = Search::blocked;
         for (int hold = 0; hold <= kMaxHolds && search == Search::blocked; ++hold) {
-            const CgResult cg = solve_cg(matrix_, gradient_, freedom_, step_, options.cg_tolerance,
+            start_ = std::vector<Point>(); // not while the linear solver needs as much
+            const HeldDofs held{motion_ ? motion_->on_surface() : std::span<const Index>{}, freedom_};
+            const CgResult cg = solve_cg(matrix_, gradient_, held, step_, options.cg_tolerance,
                                          options.cg_max_iterations, budget_.parallel());
             result.cg_iterations += cg.iterations;
             double slope = 0;

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace hexopt {
 
@@ -106,7 +107,8 @@ void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const Boun
 }
 
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
-                               const OptimizeOptions& options, Context& context, const DeviceTarget* device) {
+                               const OptimizeOptions& options, Context& context, const DeviceTarget* device,
+                               std::vector<Point>* replaced) {
     if (device && options.method == OptimizeMethod::thesis)
         return make_error(ErrorCode::usage, "optimize", "", "a device computes the robust method only");
     if (device && !options.target_lengths.empty())
@@ -140,7 +142,10 @@ Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const Bo
         const bool admitted = options.fresh_boundary || now.is_not_worse_than(input);
         if (!admitted || !now.is_better_than(best)) return;
         best = now;
-        mesh.positions = positions;
+        if (replaced && !improved)
+            *replaced = std::exchange(mesh.positions, positions);
+        else
+            mesh.positions = positions;
         improved = true;
     };
     const auto run_robust = [&]() -> Status {

@@ -68,7 +68,7 @@ struct OptimizeOptions {
     /// round: only what is bad moves there. Empty: nowhere. Effort::quick only; must outlive the run.
     std::span<const std::uint8_t> finished_cells;
     bool explain_bad_cells = true; ///< prove which of those left nobody could have mended
-    bool max_min = true; ///< final stage that raises the worst cells; robust method only
+    bool max_min = true;           ///< final stage that raises the worst cells; robust method only
     /// 1..4: with slide and at most 40,000 cells, from how many states and in how many orders the worst cells
     /// are raised, one after another; the best is kept. On a device at most 2 differ.
     int starts = 4;
@@ -103,10 +103,11 @@ struct OptimizeStats {
 /// and leaves in `mesh` the best valid state so far (never worse than the input). Source: regularised energy
 /// after Garanzha et al. 2021; thesis chapter 4 for the rest.
 /// device: where the robust method's steps are computed (optimize_on_device()); null: by the host's
-/// vectorised code.
+/// vectorised code. replaced: gets the input's positions, once there are better ones; else it is left as it
+/// is.
 Result<OptimizeStats> optimize(HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,
                                const OptimizeOptions& options, Context& context,
-                               const DeviceTarget* device = nullptr);
+                               const DeviceTarget* device = nullptr, std::vector<Point>* replaced = nullptr);
 
 /// Sets in stats what is proved of cells that are still bad, given what may move, and adds a note.
 void explain_bad_cells(const HexMesh& mesh, const Topology& topology, const BoundaryModel* surface,

@@ -75,6 +75,8 @@ void Problem::number_dofs(const Topology& topology, std::span<const std::uint8_t
                     if (!seen[w] && movable[w]) seen[w] = 1, queue.push_back(w);
         }
     }
+    dof_vertex_.shrink_to_fit();
+    self_share_.shrink_to_fit();
 }
 
 void Problem::add_dof(Index vertex) {

@@ -32,6 +32,7 @@ struct DofShare {
 /// mesh or for a neighbourhood of it; positions are not part of it.
 class Problem {
   public:
+    /// mesh and topology must outlive the problem.
     /// movable[v] != 0: vertex v may move (hanging vertices never count as movable; they follow).
     /// tets: which tetrahedra count, bits of hex::kTetEdge. inverse_stretch: as HexGroup's, of all cells of
     /// the mesh, must outlive the problem; empty: cubes.
@@ -53,7 +54,7 @@ class Problem {
     }
     std::span<const float> weight() const { return weight_; }
     std::span<const std::uint32_t> tet_mask() const { return tet_mask_; }
-    const Csr<Index>& cell_dof() const { return cell_dof_; }    ///< dofs that a cell depends on, sorted
+    const Csr<Index>& cell_dof() const { return cell_dof_; } ///< dofs that a cell depends on, sorted
 
     /// Frees cell_dof(), which only the construction of solvers needs (40 bytes a cell).
     void release_cell_dof() { cell_dof_ = {}; }
@@ -97,8 +98,8 @@ class Problem {
     /// By numbers of the mesh; what parts of a problem share, as no vertex depends on dofs of two.
     struct Numbers {
         std::vector<Index> vertex_dof;
-        Csr<DofShare> hanging_share;    ///< per hanging row
-        std::vector<Index> hanging_row; ///< per vertex, empty in conforming meshes
+        Csr<DofShare> hanging_share;        ///< per hanging row
+        std::span<const Index> hanging_row; ///< of the topology: per vertex, empty in conforming meshes
     };
 
     Problem() = default;

@@ -325,13 +325,15 @@ class RobustRun {
     /// sound: the boundary where it is now round the soundest cells known, whose sizes tell how far a vertex
     /// may slide. Once a run.
     void set_up_sliding(std::span<const Point> sound) {
-        if (options_.fresh_boundary) unmoved_ = positions_;
+        if (options_.fresh_boundary && positions_ != mesh_.positions) unmoved_ = positions_;
         const double diagonal = surface_->diagonal();
         const double deviation =
             (options_.max_deviation_rel > 0 ? options_.max_deviation_rel : kSlidingDeviationRel) * diagonal;
-        limits_ = options_.fresh_boundary ? unlimited_on_surface(positions_)
-                                          : compute_surface_limits(mesh_, topology_, *surface_, sound,
-                                                                   deviation, budget_.parallel());
+        if (!options_.fresh_boundary)
+            limits_ =
+                compute_surface_limits(mesh_, topology_, *surface_, sound, deviation, budget_.parallel());
+        else if (options_.max_deviation_rel > 0)
+            limits_ = unlimited_on_surface(positions_); // bands may open
         const auto bound = surface_->associations();
         movement_.movable.resize(mesh_.vertex_count());
         for (std::size_t v = 0; v < mesh_.vertex_count(); ++v)
@@ -420,7 +422,8 @@ class RobustRun {
         double eps = 0;
         for (Problem& part : parts) {
             SurfaceMotion motion(part, *surface_, limits_, movement_.tangents);
-            if (size_weight > 0) part.update_lengths(unmoved_, budget_.parallel());
+            if (size_weight > 0)
+                part.update_lengths(unmoved_.empty() ? mesh_.positions : unmoved_, budget_.parallel());
             finish_untangling(*engine_.open(part, positions_, &motion), max_rounds, size_weight);
             eps = std::max(eps, eps_);
         }
@@ -456,7 +459,9 @@ class RobustRun {
     OptimizeStats& stats_;
     std::vector<float> inverse_stretch_; ///< 3 a cell, empty for cubes
     Movement movement_;
-    std::vector<Point> unmoved_; ///< positions that cells have their sizes from; fresh boundaries only
+    /// Positions that cells with a fresh boundary have their sizes from; empty: those of mesh_, which stay
+    /// as they are until sliding has ended.
+    std::vector<Point> unmoved_;
     SurfaceLimits limits_;
     std::optional<DeviationGuard> guard_;
     double band_ = 0, most_deviation_ = 0;

@@ -86,34 +86,38 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
 
 SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
                              const SurfaceLimits& limits, Tangents tangents)
-    : problem_(problem), surface_(surface), limits_(limits), tangents_(tangents), last_(problem.dof_count()) {
+    : problem_(problem), surface_(surface), limits_(limits), tangents_(tangents),
+      place_(problem.dof_count(), kNoIndex) {
     const auto bound = surface.associations();
     for (Index d = 0; d < problem.dof_count(); ++d) {
         const Index v = problem.dof_vertex()[d];
-        if (bound[v].kind != EntityKind::interior && (is_off_surface(v) || limits.reach[v] < kUnlimited))
-            limited_.push_back(d);
+        if (bound[v].kind == EntityKind::interior) continue;
+        place_[d] = static_cast<Index>(on_surface_.size());
+        on_surface_.push_back(d);
+        if (is_off_surface(v) || limits.reach_of(v) < kUnlimited) limited_.push_back(d);
     }
+    last_.resize(on_surface_.size());
 }
 
 Projection SurfaceMotion::project(Index dof, const Point& query) const {
-    Last& last = last_[dof];
+    Last& known = last(dof);
     const Projection at =
-        surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, last.element);
-    last = {query, at.point, tangents_ == Tangents::smooth ? at.smooth_direction : at.direction, at.element};
+        surface_.project(surface_.associations()[problem_.dof_vertex()[dof]], query, known.element);
+    known = {query, at.point, tangents_ == Tangents::smooth ? at.smooth_direction : at.direction, at.element};
     return at;
 }
 
 void SurfaceMotion::freedoms(std::span<const Point> positions, std::span<Freedom> out) const {
     const auto bound = surface_.associations();
-    for (Index d = 0; d < out.size(); ++d) {
-        const Index v = problem_.dof_vertex()[d];
-        out[d] = {};
-        if (bound[v].kind == EntityKind::interior || is_off_surface(v)) continue;
-        out[d] = {Freedom::none, Point(0)};
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const Index d = on_surface_[i], v = problem_.dof_vertex()[d];
+        out[i] = {};
+        if (is_off_surface(v)) continue;
+        out[i] = {Freedom::none, Point(0)};
         if (bound[v].kind == EntityKind::corner) continue;
         // Where place() put it, the direction is known.
-        if (last_[d].element == kNoIndex || last_[d].foot != positions[v]) project(d, positions[v]);
-        out[d] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, last_[d].direction};
+        if (last_[i].element == kNoIndex || last_[i].foot != positions[v]) project(d, positions[v]);
+        out[i] = {bound[v].kind == EntityKind::patch ? Freedom::plane : Freedom::line, last_[i].direction};
     }
 }
 
@@ -141,10 +145,10 @@ void add_limit(const Point& offset, double range, LimitTerm& term) {
 /// Whether the last projection shows that nothing holds a dof off the surface back here: the distance to the
 /// surface grows by no more than the way.
 bool SurfaceMotion::is_well_within(Index dof, const Point& at) const {
-    const Last& last = last_[dof];
+    const Last& known = last(dof);
     const Index v = problem_.dof_vertex()[dof];
-    if (last.element == kNoIndex) return false;
-    const double distance = glm::distance(at, last.foot);
+    if (known.element == kNoIndex) return false;
+    const double distance = glm::distance(at, known.foot);
     return distance <= kFreeShare * limits_.band[v] &&
            glm::distance(at, limits_.start[v]) + distance <= kFreeShare * limits_.reach[v];
 }
@@ -153,10 +157,10 @@ LimitTerm SurfaceMotion::limit(Index dof, const Point& at) const {
     const Index v = problem_.dof_vertex()[dof];
     LimitTerm term;
     if (is_off_surface(v) && is_well_within(dof, at)) return term;
-    const Last& last = last_[dof];
-    const bool is_known = last.element != kNoIndex && last.query == at;
-    const Point foot = !is_off_surface(v) ? at : is_known ? last.foot : project(dof, at).point;
-    if (limits_.reach[v] < kUnlimited) add_limit(foot - limits_.start[v], limits_.reach[v], term);
+    const Last& known = last(dof);
+    const bool is_known = known.element != kNoIndex && known.query == at;
+    const Point foot = !is_off_surface(v) ? at : is_known ? known.foot : project(dof, at).point;
+    if (limits_.reach_of(v) < kUnlimited) add_limit(foot - limits_.start[v], limits_.reach[v], term);
     if (is_off_surface(v)) add_limit(at - foot, limits_.band[v], term);
     return term;
 }

@@ -3,14 +3,22 @@
 #include "domain/boundary_model.hpp"
 #include "stages/optimize/motion.hpp"
 
+#include <limits>
+
 namespace hexopt {
 
-/// How far the boundary vertices of a mesh may go on their surface, and off it. Arrays are per vertex.
+/// How far the boundary vertices of a mesh may go on their surface, and off it. Arrays are per vertex; all
+/// empty: on their entities anywhere.
 struct SurfaceLimits {
     std::vector<Point> start;      ///< where the vertex began, on its entity
     std::vector<float> reach;      ///< largest distance from start; infinite in flat places
     std::vector<float> band;       ///< largest distance from the surface; 0: exactly on its entity
     std::vector<float> band_share; ///< of the allowed band that `band` may be opened to, 0..1
+
+    float reach_of(Index vertex) const {
+        return reach.empty() ? std::numeric_limits<float>::infinity() : reach[vertex];
+    }
+    bool is_off_surface(Index vertex) const { return !band.empty() && band[vertex] > 0; }
 };
 
 /// First limits for quads that are to stay within `deviation` (model units, > 0) of the surface: a vertex
@@ -39,6 +47,7 @@ class SurfaceMotion final : public Motion {
     SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits,
                   Tangents tangents);
 
+    std::span<const Index> on_surface() const override { return on_surface_; }
     void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
     Point place(Index dof, const Point& wanted) const override;
     std::span<const Index> limited() const override { return limited_; }
@@ -49,22 +58,24 @@ class SurfaceMotion final : public Motion {
     const SurfaceLimits& limits() const { return limits_; }
 
   private:
-    bool is_off_surface(Index vertex) const { return limits_.band[vertex] > 0; }
-    Projection project(Index dof, const Point& query) const;
-    bool is_well_within(Index dof, const Point& at) const;
-
     /// A dof's last projection.
     struct Last {
         Point query{0}, foot{0}, direction{0};
         Index element = kNoIndex;
     };
 
+    bool is_off_surface(Index vertex) const { return limits_.is_off_surface(vertex); }
+    Last& last(Index dof) const { return last_[place_[dof]]; }
+    Projection project(Index dof, const Point& query) const;
+    bool is_well_within(Index dof, const Point& at) const;
+
     const Problem& problem_;
     const BoundaryModel& surface_;
     const SurfaceLimits& limits_;
     Tangents tangents_;
-    std::vector<Index> limited_;
-    mutable std::vector<Last> last_; ///< per dof; only saves time
+    std::vector<Index> on_surface_, limited_;
+    std::vector<Index> place_;       ///< per dof: its place in on_surface_, kNoIndex: none
+    mutable std::vector<Last> last_; ///< per dof on the surface; only saves time
 };
 
 } // namespace hexopt
