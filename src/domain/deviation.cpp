@@ -36,6 +36,49 @@ struct Piece {
     std::span<const Point> corners() const { return {corner.data(), count}; }
 };
 
+/// Pieces that wait, without room for corners that they have not: there may be very many.
+template <std::size_t N>
+class PieceStack {
+  public:
+    std::size_t size() const { return rest_.size(); }
+
+    void push(const Piece<N>& piece) {
+        rest_.push_back({piece.count, piece.element, piece.hint, piece.cuts, piece.distance, piece.upper});
+        corner_.insert(corner_.end(), piece.corner.begin(), piece.corner.begin() + piece.count);
+    }
+
+    /// Takes the last `count` off, in the order in which they came.
+    void take(std::size_t count, std::vector<Piece<N>>& pieces) {
+        const std::size_t first = size() - count;
+        std::size_t corners = 0;
+        for (std::size_t i = first; i < size(); ++i) corners += rest_[i].count;
+        auto from = corner_.end() - static_cast<std::ptrdiff_t>(corners);
+        pieces.clear();
+        for (std::size_t i = first; i < size(); ++i) {
+            const Rest& r = rest_[i];
+            pieces.push_back({{}, r.count, r.element, r.hint, r.cuts, r.distance, r.upper});
+            std::copy_n(from, r.count, pieces.back().corner.begin());
+            from += r.count;
+        }
+        rest_.resize(first);
+        corner_.resize(corner_.size() - corners);
+    }
+
+    double largest_upper() const {
+        double largest = 0;
+        for (const Rest& r : rest_) largest = std::max(largest, r.upper);
+        return largest;
+    }
+
+  private:
+    struct Rest {
+        Index count, element, hint, cuts;
+        double distance, upper;
+    };
+    std::vector<Rest> rest_;
+    std::vector<Point> corner_;
+};
+
 double distance_to(const BoundaryModel& target, Index element, const Point& p, const Piece<3>&) {
     const auto& x = target.triangle(element);
     return glm::length(p - closest_on_triangle(p, x[0], x[1], x[2]).point);
@@ -287,23 +330,23 @@ class DirectedMeasure {
 
     /// Batches of fixed size, so that any number of threads gives the same; what was cut last comes first, or
     /// few large pieces over many small elements would be cut into more than fits.
-    void refine(std::vector<Piece<N>> pieces) {
+    void refine(const std::vector<Piece<N>>& open) {
+        PieceStack<N> pieces;
+        for (const Piece<N>& piece : open) pieces.push(piece);
         std::vector<Piece<N>> batch, next;
-        while (!pieces.empty()) {
+        while (pieces.size() > 0) {
             if (queries_ >= options_.max_queries || context_.is_cancelled()) {
-                for (const Piece<N>& piece : pieces) result_.upper = std::max(result_.upper, piece.upper);
+                result_.upper = std::max(result_.upper, pieces.largest_upper());
                 return;
             }
-            const std::size_t rest = pieces.size() - std::min(pieces.size(), kBatch);
-            batch.assign(pieces.begin() + static_cast<std::ptrdiff_t>(rest), pieces.end());
-            pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(rest), pieces.end());
+            pieces.take(std::min(pieces.size(), kBatch), batch);
             next.clear();
             for (const Piece<N>& piece : batch) cut_further(piece, next);
             context_.parallel().for_each(next.size(), kChunk,
                                          [&](std::size_t i) { evaluate(target_, next[i]); });
             queries_ += next.size();
             for (const Piece<N>& piece : next) attain(piece);
-            pieces.insert(pieces.end(), next.begin(), next.end());
+            for (const Piece<N>& piece : next) pieces.push(piece);
         }
     }
 

@@ -46,6 +46,8 @@ class Attempts {
             if (state_.best && !state_.best->stats) break;
             saving_.save(state_);
         }
+        if (HexMesh& mesh = state_.best->fitted.mesh; state_.best->topology.vertex_cell.item.empty())
+            state_.best->topology = compute_topology(mesh, context_.parallel());
         return Done{};
     }
 
@@ -97,7 +99,10 @@ class Attempts {
                              !(near.empty() && noisy.empty()) && state_.round < options_.repairs &&
                              !is_in_vain() && !(is_best && settles_near(*state_.best, **own)) &&
                              prepare_next(near, noisy);
-        if (!goes_on) end();
+        if (goes_on)
+            state_.best->topology = {}; // only needed in the end
+        else
+            end();
         return Done{};
     }
 

@@ -1,5 +1,6 @@
 #include "pipeline/mesh_attempt.hpp"
 
+#include "core/freed_memory.hpp"
 #include "domain/boundary_model_builder.hpp"
 #include "mesh/validate_structure.hpp"
 #include "pipeline/carry_positions.hpp"
@@ -103,7 +104,7 @@ Status optimize_on_surface(MeshAttempt& attempt, const std::optional<EarlierAtte
                            AttemptCounts& counts, StageClock& clock, Context& context) {
     HexMesh& mesh = attempt.fitted.mesh;
     attempt.topology = clock.run("topology", [&] { return compute_topology(mesh, context.parallel()); });
-    attempt.start = mesh.positions;
+    if (earlier) attempt.start = mesh.positions; // else the optimizer hands them over
     OptimizeOptions on_surface = options.optimize;
     on_surface.max_deviation_rel = 0;
     on_surface.time_limit_s = counts.optimize_s_left(options);
@@ -115,8 +116,9 @@ Status optimize_on_surface(MeshAttempt& attempt, const std::optional<EarlierAtte
         on_surface.finished_cells = carried;
         const auto target = place.target();
         return optimize(mesh, attempt.topology, &domain.model, on_surface, context,
-                        target ? &*target : nullptr);
+                        target ? &*target : nullptr, earlier ? nullptr : &attempt.start);
     });
+    if (attempt.start.empty()) attempt.start = mesh.positions;
     if (!stats && stats.error().code != ErrorCode::cancelled) return stats.error();
     counts.optimize_s += clock.times().back().seconds;
     if (stats) attempt.stats = std::move(*stats);
@@ -160,6 +162,8 @@ Result<MeshAttempt> begin_attempt(OctreeStore& octree, const Domain& whole, cons
         return done.error();
     octree.put_away();
     counts.trims.memory.forget_surface();
+    counts.trims.memory.set_keys({}); // until there is an octree again
+    give_back_freed_memory();
     if (options.buffers)
         if (Status done = insert_layers(attempt, domain, options, clock, context); !done) return done.error();
     if (Status sound = require_structure(attempt.fitted.mesh, "mesh", context.parallel()); !sound)
@@ -171,6 +175,7 @@ Status optimize_attempt(MeshAttempt& attempt, const std::optional<EarlierAttempt
                         const MeshOptions& options, const ComputePlace& place, AttemptCounts& counts,
                         StageClock& clock, Context& context) {
     bind_surface(domain, attempt.fitted);
+    give_back_freed_memory();
     if (Status done = optimize_on_surface(attempt, earlier, domain, options, place, counts, clock, context);
         !done)
         return done;

@@ -1,5 +1,6 @@
 #include "pipeline/refine_to_count.hpp"
 
+#include "core/freed_memory.hpp"
 #include "pipeline/narrow_features.hpp"
 
 #include <algorithm>
@@ -91,6 +92,7 @@ class CountSearch {
             const double most_kept = round < kMostThin ? kFarTooMany * wanted_ / per_wall_cell() : kEndless;
             auto refined = clock.run("refine", [&] { return refine_near(kAim * wanted_ / growth_); });
             if (!refined) return refined.error();
+            give_back_freed_memory();
             CountedOctree counted{std::move(*refined), {}, {}, {}, {}};
             auto trimmed = clock.run("trim", [&] {
                 return trim_in_rounds(counted.refined, domain_, trim_options(options_),
@@ -115,6 +117,8 @@ class CountSearch {
             if (Status ok = fit(counted, clock); !ok) return ok.error();
             const TrimReport& trim = counted.trimmed->report;
             growth_ = growth_by(counted.fitted->refine_cells.size(), trim.kept_cells, 1);
+            counted.rounds.memory.set_keys({}); // until it is trimmed again
+            give_back_freed_memory();
             const auto found = clock.run("count", [&] { return count_layers(counted); });
             if (!found) return found.error();
             const double finished = growth_ * found->cells, ratio = finished / (kAim * wanted_);
@@ -178,13 +182,16 @@ class CountSearch {
 
     /// The size at which there are so many cells with those that steep chords ask for, if they may.
     Result<SizeTrials::Trial> find_steep(SizeTrials::Trial without, double cells) {
-        auto steep = trials_.allow_steep(without);
-        if (!steep) return steep.error();
-        steep_ = steep->has_value();
-        if (!steep_) return without;
-        seen_.clear();
-        see(**steep);
-        if (is_near(cells, kGoodRatio)) return std::move(**steep);
+        {
+            SizeTrials::Trial last = std::move(without);
+            auto steep = trials_.allow_steep(last);
+            if (!steep) return steep.error();
+            steep_ = steep->has_value();
+            if (!steep_) return last;
+            seen_.clear();
+            see(**steep);
+            if (is_near(cells, kGoodRatio)) return std::move(**steep);
+        } // neither octree stays while more are tried
         return find(cells, kGoodRatio, kTrials);
     }
 

@@ -146,6 +146,17 @@ class Mesh(Command):
         self.assertIn(b"ASCII", self.path("out.vtk").read_bytes()[:200])
         self.assertEqual(run("quality", self.path("out.vtk"), "--require-valid").returncode, OK)
 
+    @unittest.skipIf(SANITIZED, "sanitizers need memory of their own")
+    def test_peak_memory(self):
+        surface = self.make("joint.stl", "three-pipe-joint")
+        result = run("mesh", surface, "-o", self.path("out.vtu"), "--cells", 40000, "--threads", 1, "--report",
+                     self.path("report.json"))
+        self.assertEqual(result.returncode, OK, result.stderr)
+        report = json.loads(self.path("report.json").read_text())
+        cells = report["quality_after"]["cells"]
+        self.assertGreater(cells, 32000)
+        self.assertLess(report["stages"][-1]["peak_memory_bytes"], 24e6 + 1024 * cells)
+
     def test_device_that_optimizes(self):
         common = ["mesh", self.surface(), "-o", self.path("out.vtu"), "--cells", 600]
         self.assert_error(run(*common, "--device", "teapot"), DEVICE, "teapot")

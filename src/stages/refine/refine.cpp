@@ -210,14 +210,18 @@ class SizeTrials::Run {
 
     /// The surface's size that gives about the wanted number of cells.
     Result<Trial> search() {
-        Result<Trial> trial = search_without_steep();
-        if (!trial) return trial;
-        auto steep = allow_steep(*trial);
-        if (!steep) return steep.error();
-        if (!*steep) return trial;
-        const double ratio = promised(**steep) / wanted_cells(options_);
-        if (ratio < kMany) return std::move(**steep);
-        return refine_to({(*steep)->out.stats.surface_size * std::pow(ratio, growth_power()), -1});
+        double size = 0;
+        {
+            Result<Trial> trial = search_without_steep();
+            if (!trial) return trial;
+            auto steep = allow_steep(*trial);
+            if (!steep) return steep.error();
+            if (!*steep) return trial;
+            const double ratio = promised(**steep) / wanted_cells(options_);
+            if (ratio < kMany) return std::move(**steep);
+            size = (*steep)->out.stats.surface_size * std::pow(ratio, growth_power());
+        } // neither octree stays while another is made
+        return refine_to({size, -1});
     }
 
     /// One trial of a quarter of the cells wanted, then corrections by the law with which cells on a surface

@@ -187,6 +187,7 @@ void TrimMemory::set_keys(std::vector<Index> keys) {
     keys_ = std::move(keys);
     const auto last = std::max_element(keys_.begin(), keys_.end());
     if (last != keys_.end() && side_.size() <= *last) side_.resize(*last + std::size_t{1});
+    if (keys_.empty()) side_.shrink_to_fit();
 }
 
 SurfaceQueries& TrimMemory::queries(const BoundaryModel& model) {

@@ -106,7 +106,7 @@ struct TrimOutput {
 class TrimMemory {
   public:
     /// Key of each cell of the octree that is trimmed next: stays with a cell while it is not split. The
-    /// memory is for one domain and one choice of seeds.
+    /// memory is for one domain and one choice of seeds. None: nothing is trimmed for a while.
     void set_keys(std::vector<Index> keys);
     std::span<const Index> keys() const { return keys_; }
 
