@@ -67,7 +67,8 @@ TEST_CASE("a scrambled cube untangles to the lattice") {
 
 TEST_CASE("the input's positions are handed over where there are better ones") {
     Context context(1);
-    const OptimizeOptions options{.boundary = BoundaryMode::fixed};
+    OptimizeOptions options;
+    options.boundary = BoundaryMode::fixed;
     HexMesh mesh = make_grid(5);
     const Topology topology = compute_topology(mesh);
     std::vector<Point> replaced;
