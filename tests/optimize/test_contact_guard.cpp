@@ -159,6 +159,31 @@ TEST_CASE("two sides of a solid plate that is next to nothing thick lie on one a
     CHECK(count(0.0005) == 14);
 }
 
+TEST_CASE("a corner turned over onto the neighbour is found, though the quads themselves face alike") {
+    HexMesh mesh; // two cubes side by side
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j < 2; ++j)
+            for (int i = 0; i < 3; ++i) mesh.positions.emplace_back(i, j, k);
+    for (Index i = 0; i < 2; ++i) mesh.cells.push_back({i, i + 1, i + 4, i + 3, i + 6, i + 7, i + 10, i + 9});
+    const Topology topology = compute_topology(mesh);
+    const std::vector<Quad> quads = {{6, 7, 10, 9}, {7, 8, 11, 10}}; // on top
+    Csr<Index> vertex_quad;
+    for (Index v = 0; v < 12; ++v) {
+        for (Index q = 0; q < 2; ++q)
+            if (std::find(quads[q].begin(), quads[q].end(), v) != quads[q].end())
+                vertex_quad.item.push_back(q);
+        vertex_quad.offset.push_back(vertex_quad.item.size());
+    }
+    const ContactGuard guard(mesh, topology, quads, vertex_quad, kTouching);
+    const std::vector<Index> both = {0, 1};
+    CHECK(guard.touching(mesh.positions, both, Parallel(1)).empty());
+    std::vector<Point> moved = mesh.positions;
+    moved[6] = {0.9, 0.3, 1};
+    CHECK(guard.touching(moved, both, Parallel(1)).empty()); // bent, but beside its neighbour
+    moved[6] = {1.6, 0.3, 1};
+    CHECK(guard.touching(moved, both, Parallel(1)) == both);
+}
+
 TEST_CASE("what is near at the start may go on so, but not come to touch") {
     const LetterC c(0.01);
     CHECK(c.contacts(c.mesh.positions) == 0);

@@ -25,6 +25,23 @@ constexpr double kOn_rel = 1e-6;
 /// One in so many quads, or fewer, count as few.
 constexpr std::size_t kFewMoved = 8;
 constexpr double kBoxReach = 1.75; ///< of a quad's box from its centre, over its radius: sqrt(3) and rounding
+constexpr double kRounding = 1.001; ///< of a distance beyond which boxes are apart
+/// Of a quad's extent squared: what the normals at its corners have at least along a direction for all
+/// normals between them to be on its side for certain.
+constexpr double kSameSide_rel = 1e-6;
+
+Box box_of(std::span<const Point> points) {
+    Box box;
+    for (const Point& p : points) box.add(p);
+    return box;
+}
+
+/// Whether boxes are farther apart than `distance`, in some direction.
+bool are_apart(const Box& a, const Box& b, double distance) {
+    for (int k = 0; k < 3; ++k)
+        if (a.low[k] > b.high[k] + distance || b.low[k] > a.high[k] + distance) return true;
+    return false;
+}
 
 /// A quad as four triangles round its centre.
 struct Patch {
@@ -71,6 +88,7 @@ struct Patch {
     /// Whether p lies within `clearance` of the patch; only_before: on its outer side.
     bool is_near(const Point& p, double clearance, bool only_before) const {
         if (glm::distance(p, centre) > radius + clearance) return false;
+        if (are_apart(box_of(x), {p, p}, kRounding * clearance)) return false;
         for (int k = 0; k < 4; ++k) {
             const Point d = p - closest_on_triangle(p, x[k], x[(k + 1) % 4], centre).point;
             if (glm::dot(d, d) < clearance * clearance && (!only_before || glm::dot(d, normal) >= 0))
@@ -110,6 +128,34 @@ bool crosses(const Quad& q, const Patch& at_q, const Quad& r, const Patch& at_r)
     return false;
 }
 
+/// Which way a quad faces at its corners, between which its normals are.
+struct CornerNormals {
+    std::array<Point, 4> at_corner; ///< not of unit length
+    Point normal;                   ///< as Patch::normal
+    double least;                   ///< of a corner's normal along a direction, to be on its side for certain
+
+    CornerNormals(const std::array<Point, 4>& x, const Box& box)
+        : normal(Patch::unit(glm::cross(x[2] - x[0], x[3] - x[1]))) {
+        for (int k = 0; k < 4; ++k) at_corner[k] = glm::cross(x[(k + 1) % 4] - x[k], x[(k + 3) % 4] - x[k]);
+        const Point extent = box.high - box.low;
+        least = kSameSide_rel * glm::dot(extent, extent);
+    }
+
+    bool are_along(const Point& direction) const {
+        return std::all_of(at_corner.begin(), at_corner.end(),
+                           [&](const Point& n) { return glm::dot(n, direction) > least; });
+    }
+};
+
+bool share_vertex(const Quad& q, const Quad& r) {
+    return std::any_of(q.begin(), q.end(), [&](Index v) { return contains(r, v); });
+}
+
+/// Whether quads face about the same way all over: such are in no contact where they share a vertex.
+bool face_alike(const CornerNormals& a, const CornerNormals& b) {
+    return glm::dot(a.normal, b.normal) >= kFacing && a.are_along(b.normal) && b.are_along(a.normal);
+}
+
 /// Round a quad's centre, in which it looks for others.
 double search_radius(const Patch& at, const ContactLimits& limits) {
     return at.radius + 4 * limits.clearance_rel * at.edge;
@@ -126,8 +172,7 @@ void make_unique(std::vector<Index>& items) {
 struct PlacedQuad : Patch {
     Samples samples;
 
-    PlacedQuad(std::span<const Point> positions, const Quad& quad)
-        : Patch(positions, quad), samples(compute_samples()) {}
+    explicit PlacedQuad(const Patch& patch) : Patch(patch), samples(compute_samples()) {}
 
     /// Whether a sample lies on another quad that faces the other way, on whichever side.
     bool lies_on(const Patch& other, double clearance) const {
@@ -158,7 +203,11 @@ class QuadTree {
         if (boxes.empty()) return;
         tree_ = BoxTree(frame);
         root_ = tree_.add_tree(boxes, 0, order_);
-        for (Index& item : order_) item = which[item];
+        box_.reserve(boxes.size());
+        for (Index& item : order_) {
+            box_.push_back(boxes[item]);
+            item = which[item];
+        }
     }
 
     /// Whether the box of one of the quads may be within `radius` of a point.
@@ -170,13 +219,13 @@ class QuadTree {
         return found;
     }
 
-    /// visit(quad) for every quad whose box may be within `radius` of a point.
+    /// visit(quad, box) for every quad whose box may be within `radius` of a point.
     template <class Visit>
     void visit_near(const Point& at, double radius, const Visit& visit) const {
         if (order_.empty()) return;
         const double radius2 = radius * radius;
         tree_.visit_near(root_, at, radius2, [&](Index first, Index last) {
-            for (Index i = first; i < last; ++i) visit(order_[i]);
+            for (Index i = first; i < last; ++i) visit(order_[i], box_[i]);
         });
     }
 
@@ -184,6 +233,7 @@ class QuadTree {
     BoxTree tree_;
     Index root_ = kNoIndex;
     std::vector<Index> order_;
+    std::vector<Box> box_; ///< in that order
 };
 
 ContactGuard::ContactGuard(const HexMesh& mesh, const Topology& topology, std::span<const Quad> quads,
@@ -217,7 +267,7 @@ void ContactGuard::find_candidates(std::span<const Point> start, double deviatio
     std::vector<std::uint8_t> faces(quads_.size(), 0);
     parallel.for_each(quads_.size(), 64, [&](std::size_t q) {
         const Patch at(start, quads_[q]);
-        tree.visit_near(at.centre, at.radius + at.edge + 2 * deviation, [&](Index r) {
+        tree.visit_near(at.centre, at.radius + at.edge + 2 * deviation, [&](Index r, const Box&) {
             if (r == q || faces[q]) return;
             const Patch other(start, quads_[r]);
             faces[q] = can_meet(at, other) || can_meet(other, at);
@@ -255,14 +305,25 @@ int ContactGuard::shared_vertices(Index a, Index b) const {
 
 void ContactGuard::append_facing(std::span<const Point> positions, const QuadTree& tree, Index quad,
                                  const ContactLimits& limits, std::vector<Pair>& found) const {
-    const PlacedQuad at(positions, quads_[quad]);
-    tree.visit_near(at.centre, search_radius(at, limits), [&](Index r) {
+    const PlacedQuad at(Patch(positions, quads_[quad]));
+    const Box box = box_of(at.x);
+    const CornerNormals normals(at.x, box);
+    tree.visit_near(at.centre, search_radius(at, limits), [&](Index r, const Box& other_box) {
         if (r == quad) return;
-        const PlacedQuad other(positions, quads_[r]);
+        const Point extent = other_box.high - other_box.low; // no edge is longer than its sum
+        const double longest = std::max(at.edge, extent.x + extent.y + extent.z);
+        if (are_apart(box, other_box, kRounding * limits.clearance_rel * longest)) return;
+        // Nearly all pairs that come up are neighbours on a smooth surface.
+        if (share_vertex(quads_[quad], quads_[r])) {
+            std::array<Point, 4> x;
+            for (int k = 0; k < 4; ++k) x[k] = positions[quads_[r][k]];
+            if (face_alike(normals, CornerNormals(x, other_box))) return;
+        }
+        const Patch other(positions, quads_[r]);
         if (glm::distance(at.centre, other.centre) >
             at.radius + other.radius + limits.clearance_rel * std::max(at.edge, other.edge))
             return;
-        if (is_in_contact(quad, at, r, other, limits.clearance_rel))
+        if (is_in_contact(quad, at, r, PlacedQuad(other), limits.clearance_rel))
             found.push_back({std::min(quad, r), std::max(quad, r)});
     });
 }
@@ -277,7 +338,9 @@ bool ContactGuard::is_in_contact(Index quad, const PlacedQuad& at, Index other_q
     if (facing >= kFacing && shared > 0) return false;
     if (shared > 2) return false;
     const Quad &q = quads_[quad], &r = quads_[other_quad];
-    if (crosses(q, at, r, other) || crosses(r, other, q, at)) return true;
+    if (!are_apart(box_of(at.x), box_of(other.x), kOn_rel * std::min(at.edge, other.edge)) &&
+        (crosses(q, at, r, other) || crosses(r, other, q, at)))
+        return true;
     if (facing >= (shared == 2 ? kOpposite : kFacing)) return false;
     const double clearance = clearance_rel * std::min(at.edge, other.edge);
     return at.is_before(other, shared == 0, clearance) || other.is_before(at, shared == 0, clearance);
