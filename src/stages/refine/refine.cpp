@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace hexopt {
 
@@ -246,7 +247,13 @@ class SizeTrials::Run {
     /// that adds many cells: with the number given all others would have to be larger.
     Result<std::optional<Trial>> allow_steep(const Trial& without) {
         criteria_.set_steep(kSteep);
+        // Leaves grow as what they promise: so many are too many, and need not all be made.
+        const auto leaves = static_cast<double>(without.out.refinement.leaf_count());
+        const std::size_t most =
+            std::exchange(options_.max_cells,
+                          std::min(options_.max_cells, static_cast<std::size_t>(kMostSteepLeaves * leaves)));
         auto with = refine_to({without.out.stats.surface_size, -1});
+        options_.max_cells = most;
         if (!with) return with.error();
         const bool fits = with->out.stats.over_budget == without.out.stats.over_budget;
         const double more = promised(*with) / promised(without);
@@ -272,6 +279,7 @@ class SizeTrials::Run {
     /// Times what is allowed from which a chord is steep, and cells with them over those without, at the
     /// most.
     static constexpr double kSteep = 2, kMostSteep = 2.1;
+    static constexpr double kMostSteepLeaves = 2.6; ///< times those without, with a margin
 
     /// Cells promised over those wanted that do.
     static constexpr double kFew = 0.6, kMany = 1.5;
