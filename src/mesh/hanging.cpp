@@ -134,16 +134,12 @@ Result<Hanging> close_hanging(const Hanging& rows, std::size_t vertex_count) {
     return closed;
 }
 
-namespace {
-
 Point hanging_position(const Hanging& hanging, const std::vector<Point>& positions, std::size_t row) {
     Point x(0);
     for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
         x += hanging.weight[k] * positions[hanging.master[k]];
     return x;
 }
-
-} // namespace
 
 void apply_hanging(const Hanging& hanging, std::vector<Point>& positions, const Parallel& parallel) {
     parallel.for_each(hanging.count(), 4096, [&](std::size_t row) {

@@ -18,6 +18,9 @@ void append_row(Hanging& rows, Index vertex, std::span<const Index> masters, std
 /// weight that is not finite, or vertices that depend on each other in a circle. Source: thesis 4.2.1.
 Result<Hanging> close_hanging(const Hanging& rows, std::size_t vertex_count);
 
+/// Where its masters put the vertex of a row.
+Point hanging_position(const Hanging& hanging, const std::vector<Point>& positions, std::size_t row);
+
 /// Moves every hanging vertex to where its masters put it.
 void apply_hanging(const Hanging& hanging, std::vector<Point>& positions, const Parallel& parallel);
 inline void apply_hanging(HexMesh& mesh, const Parallel& parallel) {

@@ -124,6 +124,13 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
             fmt::format("{} of {} boundary vertices were not moved all the way onto the exact CAD geometry, "
                         "for the cells there; they are at most {:.3g} from it.",
                         outcome.cad->held, outcome.cad->vertices, outcome.cad->largest_after));
+    if (outcome.warped && outcome.warped->warped_after > 0) {
+        const Point& p = outcome.warped->first_left;
+        notes.push_back(fmt::format(
+            "{} faces are so warped that no way of cutting them suits the cells on both sides "
+            "(lowQualityTetFaces of OpenFOAM's checkMesh), the first near ({:.6g}, {:.6g}, {:.6g}).",
+            outcome.warped->warped_after, p.x, p.y, p.z));
+    }
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 
@@ -246,6 +253,24 @@ Status use_cad(const PreparedDomain& prepared, const Domain& domain, const Topol
     return Done{};
 }
 
+/// Flattens faces that finite-volume solvers cannot cut into tetrahedra.
+Status flatten(const Topology& topology, const MeshOptions& options, MeshOutcome& outcome, StageClock& clock,
+               Context& context) {
+    if (!outcome.stats) return Done{};
+    FlattenOptions how;
+    how.min_sj = std::min(how.min_sj, options.optimize.min_sj);
+    how.last_min_sj = std::min(how.last_min_sj, options.optimize.min_sj);
+    auto flattened =
+        clock.run("flatten", [&] { return flatten_faces(outcome.mesh, topology, how, context); });
+    if (flattened)
+        outcome.warped = *flattened;
+    else if (flattened.error().code == ErrorCode::cancelled)
+        outcome.stats.reset();
+    else
+        return flattened.error();
+    return Done{};
+}
+
 Status check_options(const MeshOptions& options) {
     if (options.fit_repairs < 0 || options.fit_repairs > 5)
         return make_error(ErrorCode::usage, "fit", "", "the repairs must lie in 0..5");
@@ -343,6 +368,7 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     take_results(std::move(*state), outcome, topology);
     if (Status done = use_cad(prepared, domain, topology, options, outcome, clock, context); !done)
         return done.error();
+    if (Status done = flatten(topology, options, outcome, clock, context); !done) return done.error();
     if (Status done = measure(domain, topology, options, outcome, clock, context); !done) return done.error();
     name_patches(outcome.mesh, domain, context.parallel());
     if (options.buffers && !outcome.buffer)

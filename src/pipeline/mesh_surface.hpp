@@ -5,6 +5,7 @@
 #include "domain/deviation.hpp"
 #include "domain/outline_regions.hpp"
 #include "mesh/triangle_soup.hpp"
+#include "pipeline/flatten_faces.hpp"
 #include "pipeline/mesh_options.hpp"
 #include "pipeline/prepare_domain.hpp"
 #include "pipeline/reach_features.hpp"
@@ -74,9 +75,10 @@ struct MeshOutcome {
     /// Boundary quads where the boundary touches or crosses itself; any makes the mesh not valid.
     std::vector<Index> contacts;
     Deviation deviation;
-    std::vector<Point> start;       ///< positions before the optimizer
-    std::optional<CadReport> cad;   ///< where the boundary was moved onto CAD geometry
-    std::vector<std::string> notes; ///< what the user should know, one sentence each
+    std::vector<Point> start;            ///< positions before the optimizer
+    std::optional<CadReport> cad;        ///< where the boundary was moved onto CAD geometry
+    std::optional<FlattenReport> warped; ///< none where cancelled before its end, and where planar
+    std::vector<std::string> notes;      ///< what the user should know, one sentence each
     std::string resumed; ///< name of the phase that a checkpoint held; empty: the run began at the start
 };
 

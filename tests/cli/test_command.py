@@ -466,6 +466,17 @@ class OpenFoam(Command):
             self.check(case)
             self.assertIn("outlet", (case / "constant/polyMesh/boundary").read_text())
 
+    def test_warped_faces_are_flattened(self):
+        surface = self.make("joint.stl", "three-pipe-joint")
+        case = self.case("joint")
+        report = self.path("joint.json")
+        result = run("mesh", surface, "-o", case / "mesh.foam", "--cells", 1500, "--report", report)
+        self.assertEqual(result.returncode, OK, result.stderr)
+        warped = json.loads(report.read_text())["warped_faces"]
+        self.assertGreater(warped["before"], 0)
+        self.assertEqual(warped["after"], 0)
+        self.check(case)
+
     def test_optimized_mesh(self):
         mesh = self.make("in.vtu", "octree-ball", "--size", 4, "--tangled", 0.2)
         case = self.case("optimized")

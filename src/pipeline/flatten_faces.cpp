@@ -1,0 +1,258 @@
+#include "pipeline/flatten_faces.hpp"
+
+#include "mesh/hanging.hpp"
+#include "quality/cell_quality.hpp"
+#include "quality/face_tets.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <map>
+
+namespace hexopt {
+
+namespace {
+
+/// Margin (FaceTets) up to which a face counts as warped, and above which one that was is mended. Flatter
+/// tetrahedra than that are of no quality to OpenFOAM (volume over the cube of the circumscribed radius).
+constexpr double kSound = 2e-4, kMended = 1e-3;
+/// Shares of a face's warp that are taken away.
+constexpr std::array<double, 5> kShares = {0.5, 0.25, 0.75, 1, 1.25};
+constexpr int kRounds = 4; ///< over the faces that are left
+constexpr int kPasses = 5; ///< over the vertices round a face, with steps of one length
+/// Steps that single vertices take, in lengths of the shortest edge of their cells.
+constexpr std::array<double, 4> kSteps = {0.2, 0.1, 0.05, 0.02};
+
+template <class T>
+void unite(std::vector<T>& list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+class FaceFlattener {
+  public:
+    FaceFlattener(HexMesh& mesh, const Topology& topology, const PolyhedralFaces& faces,
+                  const FlattenOptions& options)
+        : mesh_(mesh), topology_(topology), tets_(faces, mesh.cell_count()), min_sj_(options.min_sj),
+          last_min_sj_(options.last_min_sj) {}
+
+    Result<FlattenReport> run(Context& context) {
+        FlattenReport report;
+        warped_ = tets_.find_warped(mesh_.positions, kSound, context.parallel());
+        report.warped_before = warped_.size();
+        if (!warped_.empty()) collect_followers();
+        Status done = mend_all(context);
+        if (done && !warped_.empty()) {
+            min_sj_ = std::min(min_sj_, last_min_sj_);
+            done = mend_all(context);
+        }
+        if (!done) return done.error();
+        report.warped_after = warped_.size();
+        report.moved = moved_;
+        if (!warped_.empty()) report.first_left = middle(warped_.front());
+        return report;
+    }
+
+  private:
+    /// Where vertices are to go, one of the mesh's each.
+    struct Move {
+        std::vector<Index> vertices;
+        std::vector<Point> to;
+    };
+
+    /// What a move may change, and how it was.
+    struct Surroundings {
+        std::vector<Index> cells;
+        std::vector<CellValidity> validity;
+        std::vector<std::size_t> faces;
+        std::vector<double> margin;
+    };
+
+    bool can_move(Index v) const {
+        return !topology_.on_boundary[v] &&
+               (topology_.hanging_row.empty() || topology_.hanging_row[v] == kNoIndex);
+    }
+
+    void collect_followers() {
+        const Hanging& hanging = mesh_.hanging;
+        for (Index row = 0; row < hanging.count(); ++row)
+            for (std::size_t k = hanging.offset[row]; k < hanging.offset[row + 1]; ++k)
+                followers_[hanging.master[k]].push_back(row);
+    }
+
+    Status mend_all(Context& context) {
+        for (int round = 0; round < kRounds && !warped_.empty(); ++round) {
+            const std::size_t before = moved_;
+            for (const std::size_t face : warped_) {
+                if (context.is_cancelled())
+                    return make_error(ErrorCode::cancelled, "flatten", "", "cancelled");
+                if (is_warped(face)) mend(face);
+            }
+            std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
+            if (moved_ == before) break;
+        }
+        return Done{};
+    }
+
+    bool is_warped(std::size_t face) const { return !(tets_.margin(face, mesh_.positions) > kSound); }
+
+    void mend(std::size_t face) {
+        if (flatten(face)) return;
+        std::vector<Index> vertices;
+        const auto add = [&](Index cell) {
+            for (Index v : mesh_.cells[cell])
+                if (can_move(v)) vertices.push_back(v);
+        };
+        add(tets_.owner(face));
+        if (tets_.is_internal(face)) add(tets_.neighbour(face));
+        unite(vertices);
+        for (double step : kSteps)
+            for (int pass = 0; pass < kPasses; ++pass) {
+                bool rose = false;
+                for (Index v : vertices) {
+                    rose = nudge(face, v, step) || rose;
+                    if (tets_.margin(face, mesh_.positions) > kMended) return;
+                }
+                if (!rose) break;
+            }
+    }
+
+    /// Moves the corners of a quad towards their common plane; those that may not move leave it to the
+    /// others.
+    bool flatten(std::size_t face) {
+        const std::span<const Index> corners = tets_.corners(face);
+        if (corners.size() != 4) return false;
+        std::array<Point, 4> x;
+        for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[corners[k]];
+        const Point normal = glm::cross(x[2] - x[0], x[3] - x[1]);
+        const double size2 = glm::dot(normal, normal);
+        if (!(size2 > 0)) return false;
+        const Point warp = glm::dot(x[0] + x[2] - x[1] - x[3], normal) / size2 * normal;
+        Move move;
+        std::vector<double> side;
+        for (int k = 0; k < 4; ++k)
+            if (can_move(corners[k])) {
+                move.vertices.push_back(corners[k]);
+                side.push_back(k % 2 == 0 ? -1 : 1);
+            }
+        if (move.vertices.empty()) return false;
+        const Surroundings round = look_round(move.vertices);
+        for (double share : kShares) {
+            move.to.clear();
+            for (std::size_t k = 0; k < side.size(); ++k)
+                move.to.push_back(mesh_.positions[move.vertices[k]] +
+                                  side[k] * share / static_cast<double>(side.size()) * warp);
+            if (make(move, face, round)) return true;
+        }
+        return false;
+    }
+
+    /// Moves a vertex by a step in the direction that raises the face's margin most; whether there is one.
+    bool nudge(std::size_t face, Index v, double step) {
+        const Surroundings round = look_round(std::span(&v, 1));
+        const double length = step * shortest_edge(round.cells);
+        const Point from = mesh_.positions[v];
+        double best = tets_.margin(face, mesh_.positions);
+        Point to = from;
+        for (int x = -1; x <= 1; ++x)
+            for (int y = -1; y <= 1; ++y)
+                for (int z = -1; z <= 1; ++z) {
+                    if (x == 0 && y == 0 && z == 0) continue;
+                    const Point way(x, y, z), p = from + length / glm::length(way) * way;
+                    set(v, p);
+                    const double margin = tets_.margin(face, mesh_.positions);
+                    if (margin > best && is_harmless(round)) best = margin, to = p;
+                }
+        set(v, to);
+        moved_ += to != from;
+        return to != from;
+    }
+
+    double shortest_edge(std::span<const Index> cells) const {
+        double shortest = std::numeric_limits<double>::infinity();
+        for (Index cell : cells)
+            for (double length : edge_lengths(cell_points(mesh_, cell)))
+                shortest = std::min(shortest, length);
+        return shortest;
+    }
+
+    Surroundings look_round(std::span<const Index> vertices) const {
+        Surroundings round;
+        const auto add = [&](Index v) {
+            for (const CellCorner& corner : topology_.vertex_cell[v]) round.cells.push_back(corner.cell);
+        };
+        for (Index v : vertices) {
+            add(v);
+            if (const auto found = followers_.find(v); found != followers_.end())
+                for (Index row : found->second) add(mesh_.hanging.vertex[row]);
+        }
+        unite(round.cells);
+        for (Index cell : round.cells) {
+            round.validity.push_back(compute_cell_validity(cell_points(mesh_, cell)));
+            for (std::size_t face : tets_.faces_of(cell)) round.faces.push_back(face >> 1);
+        }
+        unite(round.faces);
+        for (std::size_t face : round.faces) round.margin.push_back(tets_.margin(face, mesh_.positions));
+        return round;
+    }
+
+    /// Makes a move if it mends the face and harms nothing; else all stays.
+    bool make(const Move& move, std::size_t face, const Surroundings& round) {
+        std::vector<Point> from;
+        for (Index v : move.vertices) from.push_back(mesh_.positions[v]);
+        for (std::size_t k = 0; k < from.size(); ++k) set(move.vertices[k], move.to[k]);
+        if (tets_.margin(face, mesh_.positions) > kMended && is_harmless(round)) {
+            moved_ += from.size();
+            return true;
+        }
+        for (std::size_t k = 0; k < from.size(); ++k) set(move.vertices[k], from[k]);
+        return false;
+    }
+
+    bool is_harmless(const Surroundings& round) const {
+        for (std::size_t k = 0; k < round.cells.size(); ++k) {
+            const CellValidity now = compute_cell_validity(cell_points(mesh_, round.cells[k]));
+            if (is_worse(now, round.validity[k]) && !(now.is_usable() && now.scaled_jacobian >= min_sj_))
+                return false;
+        }
+        for (std::size_t k = 0; k < round.faces.size(); ++k) {
+            const double before = round.margin[k], least = before > kSound ? kSound : before - kSound;
+            if (tets_.margin(round.faces[k], mesh_.positions) <= least) return false;
+        }
+        return true;
+    }
+
+    /// Sets a vertex and those that hang on it.
+    void set(Index v, const Point& p) {
+        mesh_.positions[v] = p;
+        if (const auto found = followers_.find(v); found != followers_.end())
+            for (Index row : found->second)
+                mesh_.positions[mesh_.hanging.vertex[row]] =
+                    hanging_position(mesh_.hanging, mesh_.positions, row);
+    }
+
+    Point middle(std::size_t face) const {
+        Point sum(0);
+        for (Index v : tets_.corners(face)) sum += mesh_.positions[v];
+        return sum / static_cast<double>(tets_.corners(face).size());
+    }
+
+    HexMesh& mesh_;
+    const Topology& topology_;
+    FaceTets tets_;
+    double min_sj_, last_min_sj_;
+    std::vector<std::size_t> warped_;               ///< left; what mends one warps no other
+    std::map<Index, std::vector<Index>> followers_; ///< rows of Hanging of what hangs on a vertex
+    std::size_t moved_ = 0;
+};
+
+} // namespace
+
+Result<FlattenReport> flatten_faces(HexMesh& mesh, const Topology& topology, const FlattenOptions& options,
+                                    Context& context) {
+    const auto faces = compute_polyhedral_faces(mesh, topology, context.parallel());
+    if (!faces) return faces.error();
+    return FaceFlattener(mesh, topology, *faces, options).run(context);
+}
+
+} // namespace hexopt
