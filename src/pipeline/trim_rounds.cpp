@@ -159,15 +159,27 @@ bool is_worth_walls(const TrimOutput& trimmed, double thinnest_wall_h) {
     return false;
 }
 
-/// Thickness that only a tenth of the bare surface is below.
-double thickness_of(std::vector<BareSpot> spots) {
+/// The place with the thickness that only a tenth of the bare surface is below.
+BareSpot thin_spot(std::vector<BareSpot> spots) {
     std::sort(spots.begin(), spots.end(),
               [](const BareSpot& a, const BareSpot& b) { return a.thickness < b.thickness; });
     double area = 0, below = 0;
     for (const BareSpot& spot : spots) area += spot.area;
     for (const BareSpot& spot : spots)
-        if ((below += spot.area) >= 0.1 * area) return spot.thickness;
-    return 0;
+        if ((below += spot.area) >= 0.1 * area) return spot;
+    return spots.front();
+}
+
+/// What to try where a place that is this thick stayed bare.
+std::string advise(const BareSpot& spot, const TrimReport& report) {
+    const double size = spot.thickness / kNeededCells;
+    if (!(size < spot.cell_size)) return "try other --cells, a smaller --size, or --outer-levels 0";
+    const double cells = kCellsPerSquare * report.surface_area / (size * size),
+                 unit = std::pow(10, std::floor(std::log10(std::max(cells, 1.0))) - 1); // two digits
+    std::string advice = fmt::format("try --size {:.2g}", size);
+    if (cells > static_cast<double>(report.octree_cells)) // else they are finer elsewhere
+        advice += fmt::format(", or --cells {:.0f}", std::ceil(cells / unit) * unit);
+    return advice;
 }
 
 /// What is done where the surface is bare, one after the other: room for three cells, then for cells that are
@@ -304,16 +316,14 @@ Status check_coverage(const TrimOutput& trimmed) {
                              report.kept_volume < kLeastCovered * report.enclosed_volume;
     const bool all_lost = report.kept_cells == 0;
     if (bare <= (1 - kLeastCovered) * area && !volume_lost && !all_lost) return Done{};
-    const Point p = report.first_bare;
-    const double thickness = thickness_of(trimmed.bare_spots), size = thickness / kNeededCells;
-    const double cells = kCellsPerSquare * area / (size * size),
-                 unit = std::pow(10, std::floor(std::log10(std::max(cells, 1.0))) - 1); // two digits
+    const BareSpot spot = thin_spot(trimmed.bare_spots);
     return make_error(
-        ErrorCode::no_valid_mesh, "trim", fmt::format("near ({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z),
+        ErrorCode::no_valid_mesh, "trim",
+        fmt::format("near ({:.6g}, {:.6g}, {:.6g})", spot.at.x, spot.at.y, spot.at.z),
         fmt::format("{:.0f} % of the surface has no cells {}: the model is {:.3g} thick there, the "
-                    "cells are {:.3g}; try --size {:.2g}, or --cells {:.0f}",
-                    100 * bare / area, all_lost ? "in it" : "near it", thickness,
-                    trimmed.bare_spots.front().cell_size, size, std::ceil(cells / unit) * unit));
+                    "cells are {:.3g}; {}",
+                    100 * bare / area, all_lost ? "in it" : "near it", spot.thickness, spot.cell_size,
+                    advise(spot, report)));
 }
 
 std::string describe_bare_surface(const TrimReport& report) {

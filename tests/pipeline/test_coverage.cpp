@@ -200,6 +200,26 @@ TEST_CASE("a surface that is too thin for any cell is refused with its thickness
     CHECK(refused.error().one_line().find("0.02 thick") != std::string::npos);
 }
 
+TEST_CASE("a refusal names a place with its own thickness and cells, and sizes that are smaller than these") {
+    TrimOutput trimmed;
+    trimmed.report.kept_cells = trimmed.report.octree_cells = 1000;
+    trimmed.report.surface_area = 100;
+    trimmed.report.bare_area = 40;
+    const auto spot = [](double x, double cell_size, double thickness) {
+        return BareSpot{Point(x, 0, 0), 0, 0, 10, cell_size, thickness, 0};
+    };
+    const auto refusal = [&] { return check_coverage(trimmed).error().one_line(); };
+    const auto says = [&](const char* text) { return refusal().find(text) != std::string::npos; };
+    trimmed.bare_spots = {spot(1, 0.1, 8), spot(2, 4, 3), spot(3, 2, 6)};
+    CHECK(says("near (2, 0, 0)"));
+    CHECK(says("is 3 thick there, the cells are 4; try --size 2"));
+    CHECK_FALSE(says("--cells")); // 100 are fewer than there are
+    trimmed.bare_spots[1].thickness = 0.33;
+    CHECK(says("try --size 0.22, or --cells 8300"));
+    trimmed.bare_spots = {spot(1, 0.1, 8)};
+    CHECK(says("is 8 thick there, the cells are 0.1; try other --cells"));
+}
+
 TEST_CASE("what cells would be kept in a sheet is told before they are halved") {
     TriangleSoup sheet;
     test::append_box(sheet, {0, 0, 0}, {6, 6, 0.05});
