@@ -44,6 +44,7 @@ class FaceFlattener {
         Status done = mend_all(context);
         if (done && !warped_.empty()) {
             min_sj_ = std::min(min_sj_, last_min_sj_);
+            keeps_parts_ = false; // worse cells for nothing
             done = mend_all(context);
         }
         if (!done) return done.error();
@@ -106,6 +107,17 @@ class FaceFlattener {
         add(tets_.owner(face));
         if (tets_.is_internal(face)) add(tets_.neighbour(face));
         unite(vertices);
+        std::vector<Point> start;
+        for (Index v : vertices) start.push_back(mesh_.positions[v]);
+        const std::size_t moved = moved_;
+        climb(face, vertices);
+        if (keeps_parts_ || !is_warped(face)) return;
+        for (std::size_t k = 0; k < start.size(); ++k) set(vertices[k], start[k]);
+        moved_ = moved;
+    }
+
+    /// Moves vertices step by step while that raises the face's margin and it is not mended.
+    void climb(std::size_t face, std::span<const Index> vertices) {
         for (double step : kSteps)
             for (int pass = 0; pass < kPasses; ++pass) {
                 bool rose = false;
@@ -241,7 +253,8 @@ class FaceFlattener {
     const Topology& topology_;
     FaceTets tets_;
     double min_sj_, last_min_sj_;
-    std::vector<std::size_t> warped_;               ///< left; what mends one warps no other
+    bool keeps_parts_ = true;         ///< moves that did not mend their face may help the next round
+    std::vector<std::size_t> warped_; ///< left; what mends one warps no other
     std::map<Index, std::vector<Index>> followers_; ///< rows of Hanging of what hangs on a vertex
     std::size_t moved_ = 0;
 };
