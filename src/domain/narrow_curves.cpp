@@ -1,7 +1,6 @@
 #include "domain/narrow_curves.hpp"
 
-#include "domain/box_tree.hpp"
-#include "domain/closest_point.hpp"
+#include "domain/curve_segments.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +57,9 @@ class NarrowFinder {
     NarrowFinder(const Domain& domain, const std::function<double(const Point&)>& cell_size,
                  const NarrowOptions& options)
         : domain_(domain), cell_size_(cell_size), options_(options), given_up_(domain.model.curve_count()) {
-        add_segments();
+        for (Index c = 0; c < domain.model.curve_count(); ++c)
+            segments_.add_curve(domain.model.curve_points(c));
+        segments_.build_tree();
         rank_curves();
     }
 
@@ -84,29 +85,6 @@ class NarrowFinder {
     }
 
   private:
-    void add_segments() {
-        const BoundaryModel& model = domain_.model;
-        Box frame;
-        std::vector<Box> boxes;
-        for (Index c = 0; c < model.curve_count(); ++c) {
-            const auto points = model.curve_points(c);
-            double s = 0;
-            for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-                segments_.push_back({c, s, {points[i], points[i + 1]}});
-                s += glm::distance(points[i], points[i + 1]);
-                Box box;
-                box.add(points[i]);
-                box.add(points[i + 1]);
-                frame.add(box);
-                boxes.push_back(box);
-            }
-            length_.push_back(s);
-        }
-        if (boxes.empty()) return;
-        tree_ = BoxTree(frame);
-        root_ = tree_.add_tree(boxes, 0, leaf_);
-    }
-
     /// Sharp ones first.
     void rank_curves() {
         std::vector<double> sharpness;
@@ -145,25 +123,15 @@ class NarrowFinder {
     /// Whether a curve that `counts`(curve, arc length) runs beside this one within `reach` there.
     template <class Counts>
     bool has_beside(Index curve, const Sample& at, double reach, const Counts& counts) const {
-        double best2 = reach * reach;
-        bool found = false;
         if (!(reach > 0)) return false;
-        tree_.visit_near(root_, at.point, best2, [&](Index first, Index last) {
-            for (Index k = first; k < last && !found; ++k) {
-                const Segment& other = segments_[leaf_[k]];
-                if (other.curve == curve) continue;
-                const auto closest = closest_on_segment(at.point, other.end[0], other.end[1]);
-                const Point along = other.end[1] - other.end[0];
-                const double length = glm::length(along);
-                if (glm::distance(closest.point, at.point) > reach ||
-                    std::abs(glm::dot(along, at.tangent)) < kSideBySide * length ||
-                    !counts(other.curve, other.s + closest.weight[1] * length))
-                    continue;
-                found = true;
-                best2 = 0;
-            }
+        return segments_.has_near(at.point, reach, [&](const CurveSegment& other, const auto& closest) {
+            if (other.curve == curve) return false;
+            const Point along = other.end[1] - other.end[0];
+            const double length = glm::length(along);
+            return glm::distance(closest.point, at.point) <= reach &&
+                   std::abs(glm::dot(along, at.tangent)) >= kSideBySide * length &&
+                   counts(other.curve, other.s + closest.weight[1] * length);
         });
-        return found;
     }
 
     bool is_beside_sharper(Index curve, const Sample& at, double cells) const {
@@ -225,7 +193,7 @@ class NarrowFinder {
     std::vector<Interval> join_near(Index curve, std::vector<Interval> parts,
                                     const std::vector<Sample>& samples) const {
         if (parts.empty()) return parts;
-        const double length = length_[curve];
+        const double length = segments_.length(curve);
         if (domain_.model.curve_ends(curve)[0] == kNoIndex && samples.size() > 2) {
             // A loop is not cut where its points begin: that is no place inside it.
             if (parts.front().from > 0 || parts.front().to < length) {
@@ -259,18 +227,18 @@ class NarrowFinder {
             std::vector<double> cuts;
             for (const Interval& part : given_up_[c])
                 for (double s : {part.from, part.to})
-                    if (s > 0 && s < length_[c]) cuts.push_back(s);
+                    if (s > 0 && s < segments_.length(c)) cuts.push_back(s);
             for (double s : cuts) out.cuts.push_back({c, s});
             std::vector<double> bound = cuts; // pieces lie between two of these
             if (is_loop && !cuts.empty()) {
-                bound.push_back(cuts.front() + length_[c]);
+                bound.push_back(cuts.front() + segments_.length(c));
             } else {
                 bound.insert(bound.begin(), 0);
-                bound.push_back(length_[c]);
+                bound.push_back(segments_.length(c));
             }
             for (std::size_t k = 0; k + 1 < bound.size(); ++k) {
                 const Index number = k == 0 ? c : next++;
-                if (contains(given_up_[c], std::fmod(0.5 * (bound[k] + bound[k + 1]), length_[c])))
+                if (contains(given_up_[c], std::fmod(0.5 * (bound[k] + bound[k + 1]), segments_.length(c))))
                     out.narrow.push_back(number);
             }
         }
@@ -278,20 +246,10 @@ class NarrowFinder {
         return out;
     }
 
-    struct Segment {
-        Index curve;
-        double s; ///< arc length where it begins
-        std::array<Point, 2> end;
-    };
-
     const Domain& domain_;
     const std::function<double(const Point&)>& cell_size_;
     const NarrowOptions& options_;
-    std::vector<Segment> segments_;
-    std::vector<double> length_; ///< per curve
-    BoxTree tree_;
-    Index root_ = 0;
-    std::vector<Index> leaf_;                     ///< segment of each leaf item
+    CurveSegments segments_;
     std::vector<Index> order_, rank_;             ///< of curves, sharp ones first
     std::vector<std::vector<Interval>> given_up_; ///< per curve, rising
 };

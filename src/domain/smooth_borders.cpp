@@ -1,7 +1,6 @@
 #include "domain/smooth_borders.hpp"
 
-#include "domain/box_tree.hpp"
-#include "domain/closest_point.hpp"
+#include "domain/curve_segments.hpp"
 #include "domain/surface_polygons.hpp"
 #include "domain/turn_beside.hpp"
 
@@ -88,27 +87,14 @@ bool is_on_bend(std::span<const Place> places, const TurnBeside& surface) {
 /// Where lines come near to one another, in cells of a given size.
 class RoomBeside {
   public:
-    RoomBeside(const CleanSurface& surface, const FeatureGraph& graph) : surface_(surface), graph_(graph) {
-        Box frame;
-        std::vector<Box> boxes;
-        for (Index c = 0; c < graph_.curve_vertex.rows(); ++c) {
-            const std::span<const Index> chain = graph_.curve_vertex[c];
-            double s = 0;
-            for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-                const Point &a = place(chain[i]), &b = place(chain[i + 1]);
-                segments_.push_back({c, s, {a, b}});
-                s += glm::distance(a, b);
-                Box box;
-                box.add(a);
-                box.add(b);
-                frame.add(box);
-                boxes.push_back(box);
-            }
-            length_.push_back(s);
+    RoomBeside(const CleanSurface& surface, const FeatureGraph& graph) : graph_(graph) {
+        std::vector<Point> points;
+        for (Index c = 0; c < graph.curve_vertex.rows(); ++c) {
+            points.clear();
+            for (Index v : graph.curve_vertex[c]) points.push_back(surface.vertices[v]);
+            segments_.add_curve(points);
         }
-        if (boxes.empty()) return;
-        tree_ = BoxTree(frame);
-        root_ = tree_.add_tree(boxes, 0, leaf_);
+        segments_.build_tree();
     }
 
     /// Whether there is room all along a curve.
@@ -118,52 +104,30 @@ class RoomBeside {
             if (!(at.size > 0) || !is_enough(curve, at)) return false;
             largest = std::max(largest, at.size);
         }
-        return length_[curve] > kRoom * largest;
+        return segments_.length(curve) > kRoom * largest;
     }
 
   private:
-    struct Segment {
-        Index curve;
-        double s; ///< arc length where it begins
-        std::array<Point, 2> end;
-    };
-
-    const Point& place(Index v) const { return surface_.vertices[v]; }
-
     /// Whether no other line, and no other part of this one, is near a place of a curve: nearer than lines
     /// are that leave one of its ends under the smallest angle.
     bool is_enough(Index curve, const Place& at) const {
         const auto& [p, s, size, share, edge] = at;
-        const double length = length_[curve];
+        const double length = segments_.length(curve);
         const bool closed = graph_.closed[curve];
         const double to_end = closed ? length : std::min(s, length - s);
         const double most = kRoom * size;
-        double best2 = most * most;
-        bool room = true;
-        tree_.visit_near(root_, p, best2, [&](Index first, Index last) {
-            for (Index k = first; k < last && room; ++k) {
-                const Segment& other = segments_[leaf_[k]];
-                const auto closest = closest_on_segment(p, other.end[0], other.end[1]);
-                double along = to_end;
-                if (other.curve == curve) {
-                    along =
-                        std::abs(other.s + closest.weight[1] * glm::distance(other.end[0], other.end[1]) - s);
-                    if (closed) along = std::min(along, length - along);
-                }
-                room = glm::distance(closest.point, p) >= std::min(most, kAcute * along) - kTie * size;
+        return !segments_.has_near(p, most, [&](const CurveSegment& other, const auto& closest) {
+            double along = to_end;
+            if (other.curve == curve) {
+                along = std::abs(other.s + closest.weight[1] * glm::distance(other.end[0], other.end[1]) - s);
+                if (closed) along = std::min(along, length - along);
             }
-            if (!room) best2 = 0;
+            return glm::distance(closest.point, p) < std::min(most, kAcute * along) - kTie * size;
         });
-        return room;
     }
 
-    const CleanSurface& surface_;
     const FeatureGraph& graph_;
-    std::vector<Segment> segments_;
-    std::vector<double> length_; ///< per curve
-    BoxTree tree_;
-    Index root_ = 0;
-    std::vector<Index> leaf_; ///< segment of each leaf item
+    CurveSegments segments_;
 };
 
 } // namespace

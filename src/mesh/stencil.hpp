@@ -10,10 +10,8 @@ namespace hexopt {
 /// weight at vertices that hang on it, else 0.
 using CornerWeights = std::array<double, 8>;
 
-/// Ball of every free vertex: all cells that change when it moves, also those that it touches only through
-/// vertices hanging on it (method.md, thesis 4.2.1). An entry is {cell, pattern}: the cell's corners move by
-/// patterns[pattern] times the vertex's displacement. Patterns 0..7 are the single corners, so that an entry
-/// of a conforming mesh reads {cell, corner} and its stencils are the topology's own vertex_cell, not a copy.
+/// A cell of a vertex's ball: its corners move by Stencils::patterns[pattern] times the vertex's
+/// displacement.
 struct BallEntry {
     Index cell;
     std::uint32_t pattern;
@@ -67,6 +65,9 @@ class BallEntries {
     std::size_t size_;
 };
 
+/// Ball of every free vertex: all cells that change when it moves, also those that it touches only through
+/// vertices hanging on it (method.md, thesis 4.2.1). Patterns 0..7 are the single corners, so that an entry
+/// of a conforming mesh reads {cell, corner} and its stencils are the topology's own vertex_cell, not a copy.
 struct Stencils {
     std::uint64_t revision = 0;
     std::vector<CornerWeights> patterns;
