@@ -78,6 +78,16 @@ double FaceTets::margin(std::size_t face, std::span<const Point> positions, cons
         }
         best = std::max(best, least);
     }
+    if (count == 3) return best;
+    const Point middle = face_centre(corners, positions).point;
+    // These tetrahedra are more than those from a corner, and so much smaller.
+    const double more = static_cast<double>(count) / static_cast<double>(count - 2);
+    for (std::size_t k = 0; k < count; ++k) {
+        const Point &a = positions[corners[k]], &b = positions[corners[(k + 1) % count]];
+        best = std::min(best, more * tet_volume(owner.point, middle, a, b) / owner.volume);
+        if (internal)
+            best = std::min(best, -more * tet_volume(neighbour.point, middle, a, b) / neighbour.volume);
+    }
     return best;
 }
 

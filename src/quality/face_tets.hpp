@@ -10,10 +10,11 @@ struct CellCentre {
     double volume;
 };
 
-/// Whether faces can be cut into triangles from one of their corners such that the tetrahedra that these span
-/// with the centres of the cells on both sides are positive: what OpenFOAM tracks particles through, and what
-/// its checkMesh asks of each face ("face tets", polyMeshTetDecomposition). Cells may be valid and their
-/// common face be so warped that one needs the one diagonal of it and the other one the other.
+/// Whether faces can be cut into triangles from one of their corners, and from their centre, such that the
+/// tetrahedra that these span with the centres of the cells on both sides are positive: what OpenFOAM tracks
+/// particles through, and what its checkMesh asks of each face ("face tets", polyMeshTetDecomposition). Cells
+/// may be valid and their common face be so warped that one needs the one diagonal of it and the other one
+/// the other.
 class FaceTets {
   public:
     /// faces: of the mesh whose positions are given below; outlives this.
@@ -24,8 +25,9 @@ class FaceTets {
     CellCentre centre(std::size_t cell, std::span<const Point> positions) const;
 
     /// Of the corners that a face may be cut from, the best: its smallest tetrahedron over the volume of the
-    /// cell that this is in, at most 1. Not positive: the face is warped. The centres are those of its cells,
-    /// the second one unused at the boundary.
+    /// cell that this is in, at most 1; or the smallest from the centre of the face, these counted as large
+    /// as those from corners are in a cube, where that is less. Not positive: the face is warped. The centres
+    /// are those of its cells, the second one unused at the boundary.
     double margin(std::size_t face, std::span<const Point> positions, const CellCentre& owner,
                   const CellCentre& neighbour) const;
     double margin(std::size_t face, std::span<const Point> positions) const;

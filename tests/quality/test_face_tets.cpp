@@ -68,6 +68,26 @@ TEST_CASE("a face is warped where no way of cutting it suits both cells") {
     CHECK(tets.margin(0, mesh.positions) <= 0);
 }
 
+TEST_CASE("a face is warped that can be cut from a corner but not from its centre") {
+    HexMesh mesh;
+    mesh.positions = {{0, 0, 0},     {1, 0, 0},       {1, 1, 0},       {0, 1, 0},
+                      {0, 0.3, 0.7}, {0.9, 0.1, 0.8}, {0.6, 1.7, 1.2}, {0.4, 0.5, 1.1}};
+    mesh.cells = {{0, 1, 2, 3, 4, 5, 6, 7}};
+    const PolyhedralFaces faces = faces_of(mesh);
+    const FaceTets tets(faces, mesh.cell_count());
+    const CellCentre centre = tets.centre(0, mesh.positions);
+    const std::vector<std::size_t> warped = tets.find_warped(mesh.positions, 0, Parallel(1));
+    REQUIRE(warped.size() == 1);
+    std::array<Point, 4> x;
+    for (int k = 0; k < 4; ++k) x[k] = mesh.positions[tets.corners(warped.front())[k]] - centre.point;
+    const auto is_positive = [](const Point& a, const Point& b, const Point& c) {
+        return glm::dot(glm::cross(a, b), c) > 0.01;
+    };
+    const bool from_0 = is_positive(x[0], x[1], x[2]) && is_positive(x[0], x[2], x[3]);
+    const bool from_1 = is_positive(x[1], x[2], x[3]) && is_positive(x[1], x[3], x[0]);
+    CHECK((from_0 || from_1));
+}
+
 TEST_CASE("perfect octrees have no warped faces, whatever hangs") {
     for (const char* name : {"octree-corner", "octree-sphere", "octree-halved", "octree-trimmed"}) {
         Context context(1);
