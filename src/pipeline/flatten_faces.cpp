@@ -1,6 +1,8 @@
 #include "pipeline/flatten_faces.hpp"
 
 #include "mesh/hanging.hpp"
+#include "pipeline/surface_quads.hpp"
+#include "pipeline/undo_contacts.hpp"
 #include "quality/cell_quality.hpp"
 #include "quality/face_tets.hpp"
 
@@ -8,18 +10,19 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
+#include <optional>
 
 namespace hexopt {
 
 namespace {
 
-/// Margin (FaceTets) up to which a face counts as warped, and above which one that was is mended. Flatter
-/// tetrahedra than that are of no quality to OpenFOAM (volume over the cube of the circumscribed radius).
-constexpr double kSound = 2e-4, kMended = 1e-3;
+/// Margin (FaceTets) up to which a face counts as warped, as for OpenFOAM; up to which it is mended all the
+/// same; and above which one is.
+constexpr double kFlat = 1e-9, kSound = 2e-4, kMended = 1e-3;
 /// Shares of a face's warp that are taken away.
 constexpr std::array<double, 5> kShares = {0.5, 0.25, 0.75, 1, 1.25};
 constexpr int kRounds = 4; ///< over the faces that are left
-constexpr int kPasses = 5; ///< over the vertices round a face, with steps of one length
+constexpr int kPasses = 20; ///< over the vertices round a face, with steps of one length
 /// Steps that single vertices take, in lengths of the shortest edge of their cells.
 constexpr std::array<double, 4> kSteps = {0.2, 0.1, 0.05, 0.02};
 
@@ -33,23 +36,26 @@ class FaceFlattener {
   public:
     FaceFlattener(HexMesh& mesh, const Topology& topology, const PolyhedralFaces& faces,
                   const FlattenOptions& options)
-        : mesh_(mesh), topology_(topology), tets_(faces, mesh.cell_count()), min_sj_(options.min_sj),
-          last_min_sj_(options.last_min_sj) {}
+        : mesh_(mesh), topology_(topology), options_(options), tets_(faces, mesh.cell_count()),
+          min_sj_(options.min_sj) {}
 
     Result<FlattenReport> run(Context& context) {
         FlattenReport report;
         warped_ = tets_.find_warped(mesh_.positions, kSound, context.parallel());
-        report.warped_before = warped_.size();
+        report.warped_before = count_warped();
         if (!warped_.empty()) collect_followers();
         Status done = mend_all(context);
         if (done && !warped_.empty()) {
-            min_sj_ = std::min(min_sj_, last_min_sj_);
+            min_sj_ = std::min(min_sj_, options_.last_min_sj);
             keeps_parts_ = false; // worse cells for nothing
             done = mend_all(context);
         }
+        if (done && count_warped() > 0 && options_.model) done = slide(context);
         if (!done) return done.error();
+        std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
         report.warped_after = warped_.size();
         report.moved = moved_;
+        report.slid = slid_;
         if (!warped_.empty()) report.first_left = middle(warped_.front());
         return report;
     }
@@ -67,11 +73,40 @@ class FaceFlattener {
         std::vector<CellValidity> validity;
         std::vector<std::size_t> faces;
         std::vector<double> margin;
+        std::vector<Index> quads; ///< of the boundary, while vertices may slide
+        std::vector<double> quad_distance;
+        std::vector<std::array<Index, 2>> edges; ///< on curves
+        std::vector<double> edge_distance;
     };
 
-    bool can_move(Index v) const {
+    bool is_inside(Index v) const {
         return !topology_.on_boundary[v] &&
                (topology_.hanging_row.empty() || topology_.hanging_row[v] == kNoIndex);
+    }
+
+    bool can_move(Index v) const { return is_inside(v) || (surface_ && surface_->find_place(v)); }
+
+    /// Mends what is left by letting vertices of the boundary slide, too; not where it then touches itself.
+    Status slide(Context& context) {
+        const std::vector<Point> start = mesh_.positions;
+        std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
+        const std::vector<std::size_t> left = warped_;
+        const std::size_t moved = moved_;
+        surface_.emplace(mesh_, topology_, *options_.model);
+        Status done = mend_all(context);
+        surface_.reset();
+        if (!done || moved_ == moved) return done;
+        undo_contacts(mesh_, topology_, start, min_sj_, context.parallel());
+        warped_ = tets_.find_warped(mesh_.positions, kFlat, context.parallel());
+        if (warped_.size() >= left.size()) {
+            mesh_.positions = start;
+            warped_ = left;
+            moved_ = moved;
+            return Done{};
+        }
+        for (Index v = 0; v < mesh_.vertex_count(); ++v)
+            slid_ += topology_.on_boundary[v] && mesh_.positions[v] != start[v];
+        return Done{};
     }
 
     void collect_followers() {
@@ -87,15 +122,21 @@ class FaceFlattener {
             for (const std::size_t face : warped_) {
                 if (context.is_cancelled())
                     return make_error(ErrorCode::cancelled, "flatten", "", "cancelled");
-                if (is_warped(face)) mend(face);
+                if (is_unsound(face)) mend(face);
             }
-            std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
+            std::erase_if(warped_, [&](std::size_t face) { return !is_unsound(face); });
             if (moved_ == before) break;
         }
         return Done{};
     }
 
-    bool is_warped(std::size_t face) const { return !(tets_.margin(face, mesh_.positions) > kSound); }
+    bool is_warped(std::size_t face) const { return !(tets_.margin(face, mesh_.positions) > kFlat); }
+    bool is_unsound(std::size_t face) const { return !(tets_.margin(face, mesh_.positions) > kSound); }
+
+    std::size_t count_warped() const {
+        return static_cast<std::size_t>(
+            std::count_if(warped_.begin(), warped_.end(), [&](std::size_t face) { return is_warped(face); }));
+    }
 
     void mend(std::size_t face) {
         if (flatten(face)) return;
@@ -111,7 +152,7 @@ class FaceFlattener {
         for (Index v : vertices) start.push_back(mesh_.positions[v]);
         const std::size_t moved = moved_;
         climb(face, vertices);
-        if (keeps_parts_ || !is_warped(face)) return;
+        if (keeps_parts_ || !is_unsound(face)) return;
         for (std::size_t k = 0; k < start.size(); ++k) set(vertices[k], start[k]);
         moved_ = moved;
     }
@@ -143,7 +184,7 @@ class FaceFlattener {
         Move move;
         std::vector<double> side;
         for (int k = 0; k < 4; ++k)
-            if (can_move(corners[k])) {
+            if (is_inside(corners[k])) {
                 move.vertices.push_back(corners[k]);
                 side.push_back(k % 2 == 0 ? -1 : 1);
             }
@@ -159,7 +200,8 @@ class FaceFlattener {
         return false;
     }
 
-    /// Moves a vertex by a step in the direction that raises the face's margin most; whether there is one.
+    /// Moves a vertex by a step in the direction that raises the face's margin most, within what it is bound
+    /// to; whether there is one.
     bool nudge(std::size_t face, Index v, double step) {
         const Surroundings round = look_round(std::span(&v, 1));
         const double length = step * shortest_edge(round.cells);
@@ -170,7 +212,8 @@ class FaceFlattener {
             for (int y = -1; y <= 1; ++y)
                 for (int z = -1; z <= 1; ++z) {
                     if (x == 0 && y == 0 && z == 0) continue;
-                    const Point way(x, y, z), p = from + length / glm::length(way) * way;
+                    const Point way(x, y, z);
+                    const Point p = bring_home(v, from + length / glm::length(way) * way);
                     set(v, p);
                     const double margin = tets_.margin(face, mesh_.positions);
                     if (margin > best && is_harmless(round)) best = margin, to = p;
@@ -178,6 +221,11 @@ class FaceFlattener {
         set(v, to);
         moved_ += to != from;
         return to != from;
+    }
+
+    /// The closest place that a vertex may have.
+    Point bring_home(Index v, const Point& p) const {
+        return is_inside(v) ? p : options_.model->project(options_.model->associations()[v], p).point;
     }
 
     double shortest_edge(std::span<const Index> cells) const {
@@ -188,15 +236,31 @@ class FaceFlattener {
         return shortest;
     }
 
-    Surroundings look_round(std::span<const Index> vertices) const {
+    void look_at_surface(Index v, Surroundings& round) {
+        if (!surface_) return;
+        for (Index q : surface_->at(v)) {
+            round.quads.push_back(q);
+            round.quad_distance.push_back(surface_->distance(q));
+        }
+        for (Index u : surface_->ridge(v)) {
+            round.edges.push_back({v, u});
+            round.edge_distance.push_back(surface_->edge_distance(v, u));
+        }
+    }
+
+    Surroundings look_round(std::span<const Index> vertices) {
         Surroundings round;
         const auto add = [&](Index v) {
             for (const CellCorner& corner : topology_.vertex_cell[v]) round.cells.push_back(corner.cell);
         };
         for (Index v : vertices) {
             add(v);
+            look_at_surface(v, round);
             if (const auto found = followers_.find(v); found != followers_.end())
-                for (Index row : found->second) add(mesh_.hanging.vertex[row]);
+                for (Index row : found->second) {
+                    add(mesh_.hanging.vertex[row]);
+                    look_at_surface(mesh_.hanging.vertex[row], round);
+                }
         }
         unite(round.cells);
         for (Index cell : round.cells) {
@@ -221,16 +285,30 @@ class FaceFlattener {
         return false;
     }
 
-    bool is_harmless(const Surroundings& round) const {
+    bool is_harmless(const Surroundings& round) {
         for (std::size_t k = 0; k < round.cells.size(); ++k) {
             const CellValidity now = compute_cell_validity(cell_points(mesh_, round.cells[k]));
             if (is_worse(now, round.validity[k]) && !(now.is_usable() && now.scaled_jacobian >= min_sj_))
                 return false;
         }
         for (std::size_t k = 0; k < round.faces.size(); ++k) {
-            const double before = round.margin[k], least = before > kSound ? kSound : before - kSound;
+            const double before = round.margin[k], least = before > kSound  ? kSound
+                                                           : before > kFlat ? kFlat
+                                                                            : before - kSound;
             if (tets_.margin(round.faces[k], mesh_.positions) <= least) return false;
         }
+        return keeps_to_surface(round);
+    }
+
+    bool keeps_to_surface(const Surroundings& round) {
+        if (!surface_) return true;
+        const double slack = options_.slack_rel * options_.model->diagonal();
+        for (std::size_t k = 0; k < round.quads.size(); ++k)
+            if (surface_->distance(round.quads[k]) > std::max(round.quad_distance[k], slack)) return false;
+        for (std::size_t k = 0; k < round.edges.size(); ++k)
+            if (surface_->edge_distance(round.edges[k][0], round.edges[k][1]) >
+                std::max(round.edge_distance[k], slack))
+                return false;
         return true;
     }
 
@@ -251,12 +329,14 @@ class FaceFlattener {
 
     HexMesh& mesh_;
     const Topology& topology_;
+    const FlattenOptions& options_;
     FaceTets tets_;
-    double min_sj_, last_min_sj_;
-    bool keeps_parts_ = true;         ///< moves that did not mend their face may help the next round
-    std::vector<std::size_t> warped_; ///< left; what mends one warps no other
+    double min_sj_;
+    std::optional<SurfaceQuads> surface_; ///< while vertices of the boundary may slide
+    bool keeps_parts_ = true;             ///< moves that did not mend their face may help the next round
+    std::vector<std::size_t> warped_;     ///< left; what mends one warps no other
     std::map<Index, std::vector<Index>> followers_; ///< rows of Hanging of what hangs on a vertex
-    std::size_t moved_ = 0;
+    std::size_t moved_ = 0, slid_ = 0;
 };
 
 } // namespace

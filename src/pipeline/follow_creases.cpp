@@ -2,6 +2,7 @@
 
 #include "domain/closest_point.hpp"
 #include "domain/surface_creases.hpp"
+#include "pipeline/surface_quads.hpp"
 #include "quality/cell_quality.hpp"
 
 #include <algorithm>
@@ -14,7 +15,6 @@ namespace hexopt {
 
 namespace {
 
-constexpr double kOff_rel = 1e-7; ///< of the diagonal: farther from what it is bound to a vertex was let off
 /// Edges of the surface that turn by less do not count, degrees.
 constexpr double kLeastTurn_deg = 3;
 /// How far a vertex may go, in lengths of its shortest boundary edge.
@@ -39,7 +39,7 @@ class CreaseFollower {
                    const FollowOptions& options, Context& context)
         : mesh_(mesh), topology_(topology), model_(model), options_(options), context_(context),
           limit_(options.distance_rel * model.diagonal()), edge_limit_(options.edge_rel * model.diagonal()),
-          floor_(options.min_sj),
+          floor_(options.min_sj), quads_(mesh, topology, model),
           creases_(find_patch_creases(model, kLeastTurn_deg * std::numbers::pi / 180, 0)) {
         collect_surface();
     }
@@ -95,27 +95,12 @@ class CreaseFollower {
 
     void collect_surface() {
         const std::size_t count = mesh_.vertex_count();
-        std::vector<std::vector<Index>> at(count);
-        for (const CellFace& face : topology_.boundary_faces) {
-            for (Index v : face_vertices(mesh_, face)) at[v].push_back(static_cast<Index>(quads_.size()));
-            quads_.push_back(face_vertices(mesh_, face));
-        }
-        for (const std::vector<Index>& quads : at) {
-            vertex_quad_.item.insert(vertex_quad_.item.end(), quads.begin(), quads.end());
-            vertex_quad_.offset.push_back(vertex_quad_.item.size());
-        }
         is_done_.assign(count, 0);
         is_in_vain_.assign(count, 0);
         far_.assign(count, 0);
         hanging_row_.assign(count, kNoIndex);
         for (Index row = 0; row < mesh_.hanging.count(); ++row) hanging_row_[mesh_.hanging.vertex[row]] = row;
-        collect_followers(vertex_quad_);
-        ridge_.resize(count);
-        for (const auto& [a, b] : model_.feature_edges()) {
-            ridge_[a].push_back(b);
-            ridge_[b].push_back(a);
-        }
-        hint_.assign(quads_.size(), kNoIndex);
+        collect_followers(quads_.at_vertices());
         distance_.assign(quads_.size(), 0);
     }
 
@@ -157,7 +142,7 @@ class CreaseFollower {
 
     std::span<const Index> quads_round(Index v) const {
         const auto found = followers_.find(v);
-        return found == followers_.end() ? vertex_quad_[v] : std::span<const Index>(found->second.quads);
+        return found == followers_.end() ? quads_.at(v) : std::span<const Index>(found->second.quads);
     }
 
     std::vector<Index> cells_round(Index v) const {
@@ -166,12 +151,6 @@ class CreaseFollower {
         std::vector<Index> cells;
         for (const CellCorner& corner : topology_.vertex_cell[v]) cells.push_back(corner.cell);
         return cells;
-    }
-
-    double quad_distance(Index q) {
-        std::array<Point, 4> x;
-        for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
-        return model_.quad_deviation(x, kNoIndex, hint_[q]);
     }
 
     /// Of all quads; each corner is measured once.
@@ -183,8 +162,8 @@ class CreaseFollower {
         });
         std::vector<double> of_vertex(mesh_.vertex_count());
         parallel.for_each(of_vertex.size(), 64, [&](std::size_t v) {
-            if (const auto quads = vertex_quad_[v]; !quads.empty())
-                of_vertex[v] = model_.distance(mesh_.positions[v], hint_[quads.front()]);
+            if (const auto vertex = static_cast<Index>(v); !quads_.at(vertex).empty())
+                of_vertex[v] = quads_.vertex_distance(vertex);
         });
         for (std::size_t q = 0; q < quads_.size(); ++q)
             for (Index v : quads_[q]) distance_[q] = std::max(distance_[q], of_vertex[v]);
@@ -208,7 +187,7 @@ class CreaseFollower {
         for (std::size_t q = 0; q < quads_.size(); ++q)
             for (Index v : quads_[q]) add(v, distance_[q], limit_);
         for (const auto& [a, b] : model_.feature_edges()) {
-            const double distance = edge_distance(a, b);
+            const double distance = quads_.edge_distance(a, b);
             add(a, distance, edge_limit_);
             add(b, distance, edge_limit_);
         }
@@ -216,32 +195,6 @@ class CreaseFollower {
                   [&](Index a, Index b) { return far_[a] != far_[b] ? far_[a] > far_[b] : a < b; });
         for (Index v : vertices) far_[v] = 0;
         return vertices;
-    }
-
-    /// How far a mesh edge between two vertices of one curve cuts across its bends.
-    double edge_distance(Index a, Index b) const {
-        const auto bound = model_.associations();
-        const Association& on = bound[a].kind == EntityKind::curve ? bound[a] : bound[b];
-        if (on.kind != EntityKind::curve) return 0;
-        double largest = 0;
-        Index hint = kNoIndex;
-        for (double t : {0.25, 0.5, 0.75}) {
-            const Projection at =
-                model_.project(on, (1 - t) * mesh_.positions[a] + t * mesh_.positions[b], hint);
-            hint = at.element;
-            largest = std::max(largest, at.distance);
-        }
-        return largest;
-    }
-
-    /// Where a vertex that may move lies on what it is bound to.
-    std::optional<Projection> find_place(Index v) const {
-        const Association on = model_.associations()[v];
-        if (hanging_row_[v] != kNoIndex || (on.kind != EntityKind::patch && on.kind != EntityKind::curve))
-            return {};
-        const Projection at = model_.project(on, mesh_.positions[v]);
-        if (at.distance > kOff_rel * model_.diagonal()) return {};
-        return at;
     }
 
     struct CellsRound {
@@ -259,7 +212,7 @@ class CreaseFollower {
     void place(Index v, const Point& p) {
         set_position(v, p);
         for (Index q : quads_round(v)) {
-            distance_[q] = quad_distance(q);
+            distance_[q] = quads_.distance(q);
             for (Index u : quads_[q]) open(u);
         }
     }
@@ -277,7 +230,7 @@ class CreaseFollower {
     /// Moves a vertex step by step in whatever direction brings what is round it nearer; whether it did.
     bool search(Index v) {
         if (tries_left_ == 0) return false;
-        const auto at = find_place(v);
+        const auto at = quads_.find_place(v);
         if (!at) return false;
         --tries_left_;
         const Association on = model_.associations()[v];
@@ -321,7 +274,7 @@ class CreaseFollower {
                 one >= enough)
                 return one;
         double sum = 0;
-        for (Index u : ridge_[v]) sum += part(edge_distance(v, u));
+        for (Index u : quads_.ridge(v)) sum += part(quads_.edge_distance(v, u));
         for (Index q : quads)
             for (int place = 0; place < kLatticePlaces; ++place) {
                 if (sum >= enough) return sum;
@@ -332,21 +285,18 @@ class CreaseFollower {
     }
 
     double lattice_distance(Index q, int place) {
-        std::array<Point, 4> x;
-        for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
+        const std::array<Point, 4> x = quads_.corners(q);
         const double s = kLattice[static_cast<std::size_t>(place) / kLattice.size()],
                      t = kLattice[static_cast<std::size_t>(place) % kLattice.size()];
         const Point p = (1 - t) * ((1 - s) * x[0] + s * x[1]) + t * ((1 - s) * x[3] + s * x[2]);
-        const Projection nearest = model_.project_patch(kNoIndex, p, hint_[q]);
-        hint_[q] = nearest.element;
-        return nearest.distance;
+        return quads_.distance(q, p);
     }
 
     /// Moves a vertex to the best of the places near it; whether it did.
     bool improve(Index v) {
         if (is_in_vain_[v]) return false;
         is_in_vain_[v] = 1; // unless cells are in the way or it moves
-        const auto found = find_place(v);
+        const auto found = quads_.find_place(v);
         if (!found) return false;
         const Projection& at = *found;
         const Association on = model_.associations()[v];
@@ -404,7 +354,7 @@ class CreaseFollower {
 
     double shortest_edge(Index v) const {
         double shortest = std::numeric_limits<double>::infinity();
-        for (Index q : vertex_quad_[v])
+        for (Index q : quads_.at(v))
             for (int k = 0; k < 4; ++k) {
                 const Index a = quads_[q][k], b = quads_[q][(k + 1) % 4];
                 if (a == v || b == v)
@@ -446,7 +396,7 @@ class CreaseFollower {
                 refusal_ = {q, place};
                 return all;
             }
-        for (Index u : ridge_[v]) all.add(edge_distance(v, u));
+        for (Index u : quads_.ridge(v)) all.add(quads_.edge_distance(v, u));
         return all;
     }
 
@@ -454,12 +404,9 @@ class CreaseFollower {
     static constexpr int kPlaces = 5;
 
     double distance_at(Index q, int place) {
-        std::array<Point, 4> x;
-        for (int k = 0; k < 4; ++k) x[k] = mesh_.positions[quads_[q][k]];
+        const std::array<Point, 4> x = quads_.corners(q);
         const Point p = place == 0 ? quad_centre(x) : 0.5 * (x[place - 1] + x[place % 4]);
-        const Projection at = model_.project_patch(kNoIndex, p, hint_[q]);
-        hint_[q] = at.element;
-        return at.distance;
+        return quads_.distance(q, p);
     }
 
     bool keeps_cells(const CellsRound& round) const {
@@ -483,18 +430,15 @@ class CreaseFollower {
     Context& context_;
     double limit_, edge_limit_; ///< of quads and of edges on curves, model units
     double floor_;              ///< scaled Jacobian that cells may become as bad as
+    SurfaceQuads quads_;
     PatchCreases creases_;
-    std::vector<Quad> quads_;               ///< of the boundary
-    Csr<Index> vertex_quad_;                ///< per vertex of the mesh
-    std::vector<double> distance_;          ///< per quad, model units
-    std::vector<Index> hint_;               ///< per quad
-    std::vector<double> far_;               ///< per vertex, 0 between uses
-    std::size_t tries_left_ = 0;            ///< of search()
-    std::vector<std::vector<Index>> ridge_; ///< per vertex: other ends of its feature edges
-    std::vector<Index> hanging_row_;        ///< per vertex: of Hanging, kNoIndex: it does not hang
-    std::map<Index, Follower> followers_;   ///< of vertices that others hang on
-    std::vector<std::uint8_t> is_done_;     ///< per vertex: tried since its quads changed
-    std::vector<std::uint8_t> is_in_vain_;  ///< and no place was better, whatever the cells
+    std::vector<double> distance_;         ///< per quad, model units
+    std::vector<double> far_;              ///< per vertex, 0 between uses
+    std::size_t tries_left_ = 0;           ///< of search()
+    std::vector<Index> hanging_row_;       ///< per vertex: of Hanging, kNoIndex: it does not hang
+    std::map<Index, Follower> followers_;  ///< of vertices that others hang on
+    std::vector<std::uint8_t> is_done_;    ///< per vertex: tried since its quads changed
+    std::vector<std::uint8_t> is_in_vain_; ///< and no place was better, whatever the cells
     /// Where a vertex's new place was last found to be no better: that is asked first.
     struct Refusal {
         Index quad = kNoIndex;

@@ -156,7 +156,7 @@ json cad_json(const CadReport& r) {
 }
 
 json warped_json(const FlattenReport& r) {
-    return {{"before", r.warped_before}, {"after", r.warped_after}, {"moved_vertices", r.moved}};
+    return {{"before", r.warped_before}, {"after", r.warped_after}, {"moved_vertices", r.moved}, {"slid_vertices", r.slid}};
 }
 
 json counts_json(const BufferCounts& c) {

@@ -254,12 +254,14 @@ Status use_cad(const PreparedDomain& prepared, const Domain& domain, const Topol
 }
 
 /// Flattens faces that finite-volume solvers cannot cut into tetrahedra.
-Status flatten(const Topology& topology, const MeshOptions& options, MeshOutcome& outcome, StageClock& clock,
-               Context& context) {
+Status flatten(const BoundaryModel& model, const Topology& topology, const MeshOptions& options,
+               MeshOutcome& outcome, StageClock& clock, Context& context) {
     if (!outcome.stats) return Done{};
     FlattenOptions how;
     how.min_sj = std::min(how.min_sj, options.optimize.min_sj);
     how.last_min_sj = std::min(how.last_min_sj, options.optimize.min_sj);
+    how.model = &model;
+    how.slack_rel = 0.25 * options.refine.chord_error_rel;
     auto flattened =
         clock.run("flatten", [&] { return flatten_faces(outcome.mesh, topology, how, context); });
     if (flattened)
@@ -368,7 +370,8 @@ Result<MeshOutcome> mesh_domain(PreparedDomain prepared, const MeshOptions& opti
     take_results(std::move(*state), outcome, topology);
     if (Status done = use_cad(prepared, domain, topology, options, outcome, clock, context); !done)
         return done.error();
-    if (Status done = flatten(topology, options, outcome, clock, context); !done) return done.error();
+    if (Status done = flatten(domain.model, topology, options, outcome, clock, context); !done)
+        return done.error();
     if (Status done = measure(domain, topology, options, outcome, clock, context); !done) return done.error();
     name_patches(outcome.mesh, domain, context.parallel());
     if (options.buffers && !outcome.buffer)

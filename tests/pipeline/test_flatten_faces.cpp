@@ -2,12 +2,14 @@
 
 #include "core/random.hpp"
 #include "mesh/hanging.hpp"
+#include "pipeline/surface_quads.hpp"
 #include "quality/mesh_validity.hpp"
 #include "samples/samples.hpp"
 
 #include <catch2/catch.hpp>
 
 using namespace hexopt;
+using Catch::Detail::Approx;
 
 namespace {
 
@@ -83,4 +85,69 @@ TEST_CASE("flattening ends the same for any number of threads, and can be cancel
     const auto cancelled = flatten_faces(mesh, compute_topology(mesh), {}, context);
     REQUIRE(!cancelled);
     CHECK(cancelled.error().code == ErrorCode::cancelled);
+}
+
+namespace {
+
+/// Two cells, one upon the other, whose common face is warped along the edges of their prism, and wider by
+/// `flare` than their other ends.
+HexMesh warped_tower(double flare) {
+    HexMesh mesh;
+    for (int z = 0; z < 3; ++z)
+        for (const auto& [x, y] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)}) {
+            const double half = 0.5 + (z == 1 ? flare : 0);
+            mesh.positions.emplace_back(half * x, half * y, z);
+        }
+    mesh.cells = {{0, 1, 2, 3, 4, 5, 6, 7}, {4, 5, 6, 7, 8, 9, 10, 11}};
+    for (Index k = 0; k < 4; ++k) mesh.positions[4 + k].z = 1 + (k % 2 == 0 ? 0.55 : -0.55);
+    return mesh;
+}
+
+} // namespace
+
+TEST_CASE("vertices of the boundary slide where moving others does not flatten a face") {
+    HexMesh mesh = warped_tower(0);
+    const Topology topology = compute_topology(mesh);
+    Context context(1);
+    const auto model = build_boundary_model(mesh, topology, {}, context);
+    REQUIRE(model);
+    const std::vector<Point> start = mesh.positions;
+    FlattenOptions options;
+    const auto stays = flatten_faces(mesh, topology, options, context);
+    REQUIRE(stays);
+    CHECK(stays->warped_after == 1);
+    CHECK(mesh.positions == start);
+    options.model = &*model;
+    const auto slides = flatten_faces(mesh, topology, options, context);
+    REQUIRE(slides);
+    CHECK(slides->warped_after == 0);
+    CHECK(slides->slid > 0);
+    for (Index v = 0; v < 12; ++v) {
+        CHECK(mesh.positions[v].x == Approx(start[v].x).margin(1e-12));
+        CHECK(mesh.positions[v].y == Approx(start[v].y).margin(1e-12));
+        if (v < 4 || v >= 8) CHECK(mesh.positions[v] == start[v]); // corners
+    }
+}
+
+TEST_CASE("vertices of the boundary do not slide where edges or quads would leave the surface for it") {
+    for (const bool may : {false, true}) {
+        HexMesh mesh = warped_tower(0.05); // the edges of the tower bend at the vertices of the face
+        const Topology topology = compute_topology(mesh);
+        Context context(1);
+        const auto model = build_boundary_model(mesh, topology, {}, context);
+        REQUIRE(model);
+        const std::vector<Point> start = mesh.positions;
+        FlattenOptions options;
+        options.model = &*model;
+        options.slack_rel = may ? 0.05 : 1e-4;
+        const auto report = flatten_faces(mesh, topology, options, context);
+        REQUIRE(report);
+        CHECK(report->warped_before == 1);
+        SurfaceQuads quads(mesh, topology, *model);
+        double farthest = 0;
+        for (Index q = 0; q < quads.size(); ++q) farthest = std::max(farthest, quads.distance(q));
+        CHECK(farthest <= options.slack_rel * model->diagonal());
+        CHECK((mesh.positions == start) == !may);
+        CHECK(report->warped_after == (may ? 0 : 1));
+    }
 }
