@@ -21,8 +21,12 @@ namespace {
 constexpr double kFlat = 1e-9, kSound = 2e-4, kMended = 1e-3;
 /// Shares of a face's warp that are taken away.
 constexpr std::array<double, 5> kShares = {0.5, 0.25, 0.75, 1, 1.25};
-constexpr int kRounds = 4; ///< over the faces that are left
+constexpr int kRounds = 4;  ///< over the faces that are left
 constexpr int kPasses = 20; ///< over the vertices round a face, with steps of one length
+/// By how much of itself a step must raise what it is to raise.
+constexpr double kLeastRise = 1e-3;
+/// Cells worse than a limit by up to this are raised where they are in the way.
+constexpr double kEnough = 0.1;
 /// Steps that single vertices take, in lengths of the shortest edge of their cells.
 constexpr std::array<double, 4> kSteps = {0.2, 0.1, 0.05, 0.02};
 
@@ -42,17 +46,19 @@ class FaceFlattener {
     Result<FlattenReport> run(Context& context) {
         FlattenReport report;
         warped_ = tets_.find_warped(mesh_.positions, kSound, context.parallel());
-        report.warped_before = count_warped();
+        report.warped_before = static_cast<std::size_t>(
+            std::count_if(warped_.begin(), warped_.end(), [&](std::size_t face) { return is_warped(face); }));
         if (!warped_.empty()) collect_followers();
         Status done = mend_all(context);
+        if (done) drop_sound();
         if (done && !warped_.empty()) {
             min_sj_ = std::min(min_sj_, options_.last_min_sj);
             keeps_parts_ = false; // worse cells for nothing
             done = mend_all(context);
         }
-        if (done && count_warped() > 0 && options_.model) done = slide(context);
+        if (done) drop_sound();
+        if (done && !warped_.empty() && options_.model) done = slide(context);
         if (!done) return done.error();
-        std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
         report.warped_after = warped_.size();
         report.moved = moved_;
         report.slid = slid_;
@@ -89,12 +95,12 @@ class FaceFlattener {
     /// Mends what is left by letting vertices of the boundary slide, too; not where it then touches itself.
     Status slide(Context& context) {
         const std::vector<Point> start = mesh_.positions;
-        std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
         const std::vector<std::size_t> left = warped_;
         const std::size_t moved = moved_;
         surface_.emplace(mesh_, topology_, *options_.model);
         Status done = mend_all(context);
         surface_.reset();
+        if (!done) mesh_.positions = start; // which touches nothing
         if (!done || moved_ == moved) return done;
         undo_contacts(mesh_, topology_, start, min_sj_, context.parallel());
         warped_ = tets_.find_warped(mesh_.positions, kFlat, context.parallel());
@@ -133,9 +139,9 @@ class FaceFlattener {
     bool is_warped(std::size_t face) const { return !(tets_.margin(face, mesh_.positions) > kFlat); }
     bool is_unsound(std::size_t face) const { return !(tets_.margin(face, mesh_.positions) > kSound); }
 
-    std::size_t count_warped() const {
-        return static_cast<std::size_t>(
-            std::count_if(warped_.begin(), warped_.end(), [&](std::size_t face) { return is_warped(face); }));
+    /// Leaves those that are warped.
+    void drop_sound() {
+        std::erase_if(warped_, [&](std::size_t face) { return !is_warped(face); });
     }
 
     void mend(std::size_t face) {
@@ -148,26 +154,53 @@ class FaceFlattener {
         add(tets_.owner(face));
         if (tets_.is_internal(face)) add(tets_.neighbour(face));
         unite(vertices);
+        const std::vector<Index> wide = movable_round(vertices);
         std::vector<Point> start;
-        for (Index v : vertices) start.push_back(mesh_.positions[v]);
+        for (Index v : wide) start.push_back(mesh_.positions[v]);
         const std::size_t moved = moved_;
         climb(face, vertices);
         if (keeps_parts_ || !is_unsound(face)) return;
-        for (std::size_t k = 0; k < start.size(); ++k) set(vertices[k], start[k]);
+        for (std::size_t k = 0; k < start.size(); ++k) set(wide[k], start[k]);
         moved_ = moved;
     }
 
-    /// Moves vertices step by step while that raises the face's margin and it is not mended.
+    /// Vertices that may move of all cells that moving those would change; with those, rising.
+    std::vector<Index> movable_round(std::span<const Index> vertices) {
+        std::vector<Index> wide;
+        for (Index cell : look_round(vertices).cells)
+            for (Index v : mesh_.cells[cell])
+                if (can_move(v)) wide.push_back(v);
+        unite(wide);
+        return wide;
+    }
+
+    /// Moves vertices step by step while that raises the face's margin and it is not mended; at last also
+    /// such that cells that are in the way get better.
     void climb(std::size_t face, std::span<const Index> vertices) {
         for (double step : kSteps)
             for (int pass = 0; pass < kPasses; ++pass) {
                 bool rose = false;
                 for (Index v : vertices) {
-                    rose = nudge(face, v, step) || rose;
+                    rose = raise_margin(face, v, step) || rose;
                     if (tets_.margin(face, mesh_.positions) > kMended) return;
                 }
-                if (!rose) break;
+                if (!rose && (keeps_parts_ || !give_way(face, vertices, step))) break;
             }
+    }
+
+    /// Raises the worst cells round the vertices by moving theirs; whether any rose.
+    bool give_way(std::size_t face, std::span<const Index> vertices, double step) {
+        bool rose = false;
+        for (Index cell : look_round(vertices).cells) {
+            if (scaled_jacobian(cell) >= min_sj_ + kEnough) continue;
+            for (Index v : mesh_.cells[cell])
+                if (can_move(v)) rose = raise_cell(cell, face, v, step) || rose;
+        }
+        return rose;
+    }
+
+    double scaled_jacobian(Index cell) const {
+        return compute_cell_validity(cell_points(mesh_, cell)).scaled_jacobian;
     }
 
     /// Moves the corners of a quad towards their common plane; those that may not move leave it to the
@@ -200,13 +233,27 @@ class FaceFlattener {
         return false;
     }
 
-    /// Moves a vertex by a step in the direction that raises the face's margin most, within what it is bound
-    /// to; whether there is one.
-    bool nudge(std::size_t face, Index v, double step) {
+    bool raise_margin(std::size_t face, Index v, double step) {
+        return nudge(v, step, [&] { return tets_.margin(face, mesh_.positions); });
+    }
+
+    /// Not where it lowers the face's margin.
+    bool raise_cell(Index cell, std::size_t face, Index v, double step) {
+        const double margin = tets_.margin(face, mesh_.positions);
+        return nudge(v, step, [&] {
+            return tets_.margin(face, mesh_.positions) < margin ? -1 : scaled_jacobian(cell);
+        });
+    }
+
+    /// Moves a vertex by a step in the direction that raises a value most, within what it is bound to;
+    /// whether there is one.
+    template <class Value>
+    bool nudge(Index v, double step, const Value& value) {
         const Surroundings round = look_round(std::span(&v, 1));
         const double length = step * shortest_edge(round.cells);
         const Point from = mesh_.positions[v];
-        double best = tets_.margin(face, mesh_.positions);
+        const double start = value();
+        double best = start + kLeastRise * std::abs(start);
         Point to = from;
         for (int x = -1; x <= 1; ++x)
             for (int y = -1; y <= 1; ++y)
@@ -215,8 +262,8 @@ class FaceFlattener {
                     const Point way(x, y, z);
                     const Point p = bring_home(v, from + length / glm::length(way) * way);
                     set(v, p);
-                    const double margin = tets_.margin(face, mesh_.positions);
-                    if (margin > best && is_harmless(round)) best = margin, to = p;
+                    const double now = value();
+                    if (now > best && is_harmless(round)) best = now, to = p;
                 }
         set(v, to);
         moved_ += to != from;

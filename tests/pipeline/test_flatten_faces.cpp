@@ -70,6 +70,30 @@ TEST_CASE("warped faces are flattened, and nothing else becomes worse") {
     CHECK(moved > 0);
 }
 
+TEST_CASE("cells that are in the way of flattening a face give way") {
+    std::size_t before = 0, after = 0;
+    for (const char* name : {"grid", "octree-sphere", "octree-halved"})
+        for (std::uint64_t seed = 0; seed < 10; ++seed) {
+            HexMesh mesh = shaken(name, seed, 0.9);
+            const Topology topology = compute_topology(mesh);
+            Context context(1);
+            const auto old_cells = compute_cell_validities(mesh, context.parallel());
+            const FlattenOptions options;
+            const auto report = flatten_faces(mesh, topology, options, context);
+            REQUIRE(report);
+            before += report->warped_before;
+            after += report->warped_after;
+            const auto new_cells = compute_cell_validities(mesh, context.parallel());
+            std::size_t worse = 0;
+            for (std::size_t c = 0; c < new_cells.size(); ++c)
+                worse += is_worse(new_cells[c], old_cells[c]) &&
+                         !(new_cells[c].is_usable() && new_cells[c].scaled_jacobian >= options.last_min_sj);
+            CHECK(worse == 0);
+        }
+    CHECK(before > 2000);
+    CHECK(after <= 10); // 23 where only vertices of the two cells move
+}
+
 TEST_CASE("flattening ends the same for any number of threads, and can be cancelled") {
     std::vector<Point> first;
     for (int threads : {1, 2}) {
