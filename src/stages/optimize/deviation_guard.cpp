@@ -29,7 +29,7 @@ std::array<Point, 9> places_of(const std::array<Point, 4>& x) {
 
 DeviationGuard::DeviationGuard(const HexMesh& mesh, const Topology& topology, const BoundaryModel& surface,
                                const SurfaceLimits& limits, double allowed, const Parallel& parallel)
-    : surface_(surface), limits_(limits), start_allowed_(allowed),
+    : surface_(surface), topology_(topology), limits_(limits), start_allowed_(allowed),
       hint_(topology.boundary_faces.size(), kNoIndex), foot_(topology.boundary_faces.size()) {
     vertex_quad_.offset.assign(mesh.vertex_count() + 1, 0);
     for (CellFace face : topology.boundary_faces) {

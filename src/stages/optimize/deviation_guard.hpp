@@ -31,6 +31,11 @@ class DeviationGuard final : public BoundaryGuard {
     /// Moves vertices that are beyond their range back into it.
     void pull_back(std::span<Point> positions, std::span<const Index> vertices) const;
 
+    /// The faces that it watches and what is allowed of them.
+    LimitedFaces faces() const {
+        return {surface_, topology_, quads_, vertex_quad_, allowed_, start_allowed_};
+    }
+
     /// All vertices of the boundary.
     std::span<const Index> boundary_vertices() const { return boundary_vertices_; }
 
@@ -41,6 +46,7 @@ class DeviationGuard final : public BoundaryGuard {
     bool start_deviates(std::span<const Point> positions, Index vertex) const;
 
     const BoundaryModel& surface_;
+    const Topology& topology_;
     const SurfaceLimits& limits_;
     std::vector<float> allowed_; ///< per quad, model units
     double start_allowed_;

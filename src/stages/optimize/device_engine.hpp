@@ -21,6 +21,7 @@ class DeviceEngine final : public Engine {
     double speed() const override { return speed_; }
     bool raises_vertices() const override { return true; }
     bool takes_parts() const override { return false; }
+    bool knows_face_limits() const override { return false; }
     bool keeps_sizes() const override { return false; }
 
     /// The error that the `cpu` backend ended with too; from then on steps do nothing.

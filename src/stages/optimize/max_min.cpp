@@ -152,7 +152,8 @@ class MaxMin {
 
     void open(Local& local) {
         if (movement_.surface)
-            local.motion.emplace(local.problem, *movement_.surface, *movement_.limits, movement_.tangents);
+            local.motion.emplace(local.problem, *movement_.surface, *movement_.limits, movement_.tangents,
+                                 movement_.faces);
         local.minimiser = engine_.open(local.problem, positions_, local.motion ? &*local.motion : nullptr);
         local.minimiser->update_lengths();
         attempt_cells_ = local.problem.cell_count();
@@ -193,7 +194,8 @@ class MaxMin {
         const Worst before = summarise(local.minimiser->measure());
         for (int narrowing = 0; narrowing < kMaxNarrowings && problem.dof_count() > 0; ++narrowing) {
             if (narrowing > 0)
-                local.motion.emplace(problem, *movement_.surface, *movement_.limits, movement_.tangents);
+                local.motion.emplace(problem, *movement_.surface, *movement_.limits, movement_.tangents,
+                                     movement_.faces);
             minimise_penalty(*local.minimiser, theta, shape_weight, eps, result);
             const std::vector<Index> violators = find_violators(problem);
             if (!violators.empty())

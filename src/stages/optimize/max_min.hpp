@@ -39,6 +39,7 @@ struct Movement {
     const BoundaryModel* surface = nullptr; ///< null: no boundary vertex moves
     SurfaceLimits* limits = nullptr;        ///< with surface; bands are opened where cells need them
     const BoundaryGuard* guard = nullptr;   ///< with surface
+    const LimitedFaces* faces = nullptr;    ///< limits these instead of single vertices; with surface
     Tangents tangents = Tangents::smooth;   ///< of the surface
     std::uint32_t tets = kAllTets;          ///< which tetrahedra count
     std::span<const float> inverse_stretch; ///< see Problem

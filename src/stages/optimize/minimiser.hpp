@@ -92,6 +92,8 @@ class Engine {
     /// Whether parts that share no cells are better minimised one by one: each then has its own steps and its
     /// own regularisation. Devices need everything at once.
     virtual bool takes_parts() const { return true; }
+    /// Whether Motion's face limits are known.
+    virtual bool knows_face_limits() const { return true; }
     /// Whether Objective::size_weight is known.
     virtual bool keeps_sizes() const { return true; }
 };

@@ -96,15 +96,17 @@ double Newton::limit_energy(const Objective& objective, std::span<const Point> p
     if (!motion_) return 0;
     const auto limited = motion_->limited();
     return limit_weight(objective) *
-           budget_.parallel().reduce(
-               limited.size(), kEnergyChunk, 0.0,
-               [&](std::size_t begin, std::size_t end) {
-                   double sum = 0;
-                   for (std::size_t i = begin; i < end; ++i)
-                       sum += motion_->limit(limited[i], positions[problem_.dof_vertex()[limited[i]]]).energy;
-                   return sum;
-               },
-               std::plus<>());
+           (motion_->face_energy(positions) +
+            budget_.parallel().reduce(
+                limited.size(), kEnergyChunk, 0.0,
+                [&](std::size_t begin, std::size_t end) {
+                    double sum = 0;
+                    for (std::size_t i = begin; i < end; ++i)
+                        sum +=
+                            motion_->limit(limited[i], positions[problem_.dof_vertex()[limited[i]]]).energy;
+                    return sum;
+                },
+                std::plus<>()));
 }
 
 void Newton::add_limit_gradient(const Objective& objective) {
@@ -112,6 +114,13 @@ void Newton::add_limit_gradient(const Objective& objective) {
     for (Index d : motion_->limited())
         gradient_[d] +=
             limit_weight(objective) * motion_->limit(d, positions_[problem_.dof_vertex()[d]]).gradient;
+    face_terms_.clear();
+    motion_->append_face_terms(positions_, face_terms_);
+    for (const FaceTerm& face : face_terms_)
+        for (std::size_t k = 0; k < 4; ++k)
+            for (DofShare share : problem_.shares(problem_.cell(face.cell)[face.corner[k]]))
+                gradient_[share.dof] += limit_weight(objective) * face.weight[k] *
+                                        static_cast<double>(share.weight) * face.limit.gradient;
 }
 
 void Newton::add_limit_hessian(const Objective& objective) {
@@ -119,6 +128,20 @@ void Newton::add_limit_hessian(const Objective& objective) {
     for (Index d : motion_->limited())
         matrix_.add_diagonal(d, limit_weight(objective) *
                                     motion_->limit(d, positions_[problem_.dof_vertex()[d]]).hessian);
+    std::vector<float> block;
+    for (const FaceTerm& face : face_terms_) { // those of the gradient, which is of the same place
+        block.assign(sizeof(HexHessian::block) / sizeof(HexHessian::block[0]), 0);
+        for (std::size_t k = 0; k < 4; ++k)
+            for (std::size_t l = 0; l < 4; ++l) {
+                const int i = face.corner[k], j = face.corner[l];
+                if (i > j) continue;
+                float* to = &block[9 * static_cast<std::size_t>(hessian_block(i, j))];
+                const double weight = limit_weight(objective) * face.weight[k] * face.weight[l];
+                for (int e = 0; e < 9; ++e)
+                    to[e] += static_cast<float>(weight * face.limit.hessian[e / 3][e % 3]);
+            }
+        matrix_.add_cell(face.cell, block.data(), 1);
+    }
 }
 
 std::vector<CellMeasure> measure_cells(const Problem& problem, std::span<const Point> positions,

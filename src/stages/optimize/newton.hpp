@@ -60,8 +60,9 @@ class Newton final : public Minimiser {
     BlockMatrix matrix_;
     ChunkSchedule schedule_; ///< over cells, by the dofs they depend on
     std::vector<Point> gradient_, step_;
-    std::vector<Point> start_;     ///< of the last line search: dofs, then what hangs on them
-    std::vector<Freedom> freedom_; ///< of motion->on_surface()
+    std::vector<FaceTerm> face_terms_; ///< of the last gradient
+    std::vector<Point> start_;         ///< of the last line search: dofs, then what hangs on them
+    std::vector<Freedom> freedom_;     ///< of motion->on_surface()
     /// The group of cells that had most of the energy of a step that was too long, and what it depends on.
     /// Most steps that are too long raise the energy of one cell beyond all bounds: looked at first, it saves
     /// placing and evaluating all the others. Energies are not negative, so that steps are refused as before.

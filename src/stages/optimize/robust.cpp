@@ -51,6 +51,8 @@ constexpr double kSlidingWorkAtLeast = 6e6;
 constexpr std::size_t kMoreStartsUpTo = 40000;
 /// The best state goes on with its limits renewed while that lifts the minimum by more than this.
 constexpr double kWorthRenewing = 0.01;
+/// Share of the work of a stage that may be spent once more with faces limited instead of vertices:
+constexpr double kFaceWork = 0.3, kBadFaceWork = 1; ///< the latter where cells are still bad
 /// With limits so much narrower where it left the deviation that the user admits.
 constexpr float kNarrowerAgain = 0.9f;
 
@@ -151,8 +153,30 @@ class RobustRun {
     void go_on(const FirstLimits& first) {
         if (!options_.max_min) return;
         if (options_.max_deviation_rel > 0) let_corners_move();
+        const Start before{positions_, limits_, movement_.movable};
+        take_turns(first, raise_work());
+        if (options_.max_deviation_rel > 0 && guard_ && engine_.knows_face_limits())
+            go_on_with_faces(before, first);
+    }
+
+    /// Once more with limits on the faces instead of the single vertices. Where cells are still bad, vertices
+    /// have pressed against their limits into places that are hard to leave: from the state before, and for
+    /// longer.
+    void go_on_with_faces(const Start& before, const FirstLimits& first) {
+        faces_.emplace(guard_->faces());
+        movement_.faces = &*faces_;
+        const bool is_bad = !bad_cells().empty();
+        if (is_bad) {
+            begin_at(before);
+            movement_.band = band_;
+        }
+        take_turns(first, (is_bad ? kBadFaceWork : kFaceWork) * raise_work());
+        movement_.faces = nullptr;
+    }
+
+    void take_turns(const FirstLimits& first, double work) {
         const auto least = [&] { return measure_mesh(mesh_, positions_, budget_.parallel()).min_sj; };
-        work_left_ = raise_work();
+        work_left_ = work;
         order_ = RaiseOrder::worst;
         double now = least();
         const int orders = engine_.takes_parts() ? 2 : 1;
@@ -464,6 +488,7 @@ class RobustRun {
     std::vector<Point> unmoved_;
     SurfaceLimits limits_;
     std::optional<DeviationGuard> guard_;
+    std::optional<LimitedFaces> faces_;
     double band_ = 0, most_deviation_ = 0;
     double eps_ = 1e-12;
     double work_left_ = std::numeric_limits<double>::infinity(); ///< of what go_on() may spend

@@ -85,7 +85,7 @@ SurfaceLimits compute_surface_limits(const HexMesh& mesh, const Topology& topolo
 }
 
 SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surface,
-                             const SurfaceLimits& limits, Tangents tangents)
+                             const SurfaceLimits& limits, Tangents tangents, const LimitedFaces* faces)
     : problem_(problem), surface_(surface), limits_(limits), tangents_(tangents),
       place_(problem.dof_count(), kNoIndex) {
     const auto bound = surface.associations();
@@ -94,8 +94,9 @@ SurfaceMotion::SurfaceMotion(const Problem& problem, const BoundaryModel& surfac
         if (bound[v].kind == EntityKind::interior) continue;
         place_[d] = static_cast<Index>(on_surface_.size());
         on_surface_.push_back(d);
-        if (is_off_surface(v) || limits.reach_of(v) < kUnlimited) limited_.push_back(d);
+        if (!faces && (is_off_surface(v) || limits.reach_of(v) < kUnlimited)) limited_.push_back(d);
     }
+    if (faces) faces_.emplace(problem, *faces, limits);
     last_.resize(on_surface_.size());
 }
 
@@ -127,20 +128,23 @@ Point SurfaceMotion::place(Index dof, const Point& wanted) const {
     return project(dof, wanted).point;
 }
 
-namespace {
+double SurfaceMotion::face_energy(std::span<const Point> positions) const {
+    return faces_ ? faces_->energy(positions) : 0;
+}
 
-/// Adds s^2 with s rising from 0 at kFreeShare of the range to 1 at its end.
-void add_limit(const Point& offset, double range, LimitTerm& term) {
-    const double length = glm::length(offset), free = kFreeShare * range;
+void SurfaceMotion::append_face_terms(std::span<const Point> positions, std::vector<FaceTerm>& terms) const {
+    if (faces_) faces_->append_terms(positions, terms);
+}
+
+void add_limit(const Point& offset, double range, double free_share, LimitTerm& term) {
+    const double length = glm::length(offset), free = free_share * range;
     if (!(length > free)) return;
-    const double width = std::max((1 - kFreeShare) * range, 1e-3 * length), s = (length - free) / width;
+    const double width = std::max((1 - free_share) * range, 1e-3 * length), s = (length - free) / width;
     const Point direction = offset / length;
     term.energy += s * s;
     term.gradient += (2 * s / width) * direction;
     term.hessian += (2 / (width * width)) * glm::outerProduct(direction, direction);
 }
-
-} // namespace
 
 /// Whether the last projection shows that nothing holds a dof off the surface back here: the distance to the
 /// surface grows by no more than the way.
@@ -160,8 +164,9 @@ LimitTerm SurfaceMotion::limit(Index dof, const Point& at) const {
     const Last& known = last(dof);
     const bool is_known = known.element != kNoIndex && known.query == at;
     const Point foot = !is_off_surface(v) ? at : is_known ? known.foot : project(dof, at).point;
-    if (limits_.reach_of(v) < kUnlimited) add_limit(foot - limits_.start[v], limits_.reach[v], term);
-    if (is_off_surface(v)) add_limit(at - foot, limits_.band[v], term);
+    if (limits_.reach_of(v) < kUnlimited)
+        add_limit(foot - limits_.start[v], limits_.reach[v], kFreeShare, term);
+    if (is_off_surface(v)) add_limit(at - foot, limits_.band[v], kFreeShare, term);
     return term;
 }
 

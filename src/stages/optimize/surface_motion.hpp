@@ -1,9 +1,11 @@
 #pragma once
 
 #include "domain/boundary_model.hpp"
+#include "stages/optimize/face_limits.hpp"
 #include "stages/optimize/motion.hpp"
 
 #include <limits>
+#include <optional>
 
 namespace hexopt {
 
@@ -40,18 +42,24 @@ enum class Tangents {
     exact,
 };
 
+/// Adds s^2 with s rising from 0 at free_share of the range to 1 at its end.
+void add_limit(const Point& offset, double range, double free_share, LimitTerm& term);
+
 /// Boundary dofs slide on their patch or curve, or near it where their band is open; interior ones are free.
 /// Limits are soft: an energy holds the dofs back, DeviationGuard has the last word.
 class SurfaceMotion final : public Motion {
   public:
+    /// faces: limits these instead of the single vertices.
     SurfaceMotion(const Problem& problem, const BoundaryModel& surface, const SurfaceLimits& limits,
-                  Tangents tangents);
+                  Tangents tangents, const LimitedFaces* faces = nullptr);
 
     std::span<const Index> on_surface() const override { return on_surface_; }
     void freedoms(std::span<const Point> positions, std::span<Freedom> out) const override;
     Point place(Index dof, const Point& wanted) const override;
     std::span<const Index> limited() const override { return limited_; }
     LimitTerm limit(Index dof, const Point& at) const override;
+    double face_energy(std::span<const Point> positions) const override;
+    void append_face_terms(std::span<const Point> positions, std::vector<FaceTerm>& terms) const override;
     bool has_exact_freedoms() const override { return tangents_ == Tangents::exact; }
 
     const BoundaryModel& surface() const { return surface_; }
@@ -74,6 +82,7 @@ class SurfaceMotion final : public Motion {
     const SurfaceLimits& limits_;
     Tangents tangents_;
     std::vector<Index> on_surface_, limited_;
+    std::optional<FaceLimits> faces_;
     std::vector<Index> place_;       ///< per dof: its place in on_surface_, kNoIndex: none
     mutable std::vector<Last> last_; ///< per dof on the surface; only saves time
 };
