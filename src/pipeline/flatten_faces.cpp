@@ -7,6 +7,7 @@
 #include "quality/face_tets.hpp"
 
 #include <algorithm>
+#include <fmt/core.h>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
@@ -387,6 +388,14 @@ class FaceFlattener {
 };
 
 } // namespace
+
+std::string describe_warped(const FlattenReport& report) {
+    const Point& p = report.first_left;
+    return fmt::format(
+        "{} faces are so warped that no way of cutting them suits the cells on both sides "
+        "(lowQualityTetFaces of OpenFOAM's checkMesh), the first near ({:.6g}, {:.6g}, {:.6g}).",
+        report.warped_after, p.x, p.y, p.z);
+}
 
 Result<FlattenReport> flatten_faces(HexMesh& mesh, const Topology& topology, const FlattenOptions& options,
                                     Context& context) {

@@ -6,6 +6,8 @@
 #include "mesh/hex_mesh.hpp"
 #include "mesh/topology.hpp"
 
+#include <string>
+
 namespace hexopt {
 
 /// Down to which scaled Jacobian (-1..1) cells may become worse than they are.
@@ -26,6 +28,9 @@ struct FlattenReport {
     std::size_t slid = 0;                            ///< vertices of the boundary
     Point first_left = Point(0);                     ///< centre of the first of warped_after, model units
 };
+
+/// A sentence for the user on the faces that are left.
+std::string describe_warped(const FlattenReport& report);
 
 /// Moves vertices inside the mesh such that every face can be cut into triangles which span positive
 /// tetrahedra with the centres of both its cells (FaceTets): warped faces are made flatter, or vertices of

@@ -5,11 +5,15 @@
 #include "mesh/validate_structure.hpp"
 #include "pipeline/optimize_canonically.hpp"
 
+#include <algorithm>
 #include <fmt/core.h>
 
 namespace hexopt {
 
 namespace {
+
+/// Distances from the surface below this fraction of its diagonal are rounding.
+constexpr double kRound_rel = 1e-9;
 
 /// Finds hanging vertices that the mesh does not name, and puts all of them where their masters are.
 Result<std::size_t> settle_hanging(HexMesh& mesh, std::vector<std::string>& notes, Context& context) {
@@ -97,6 +101,22 @@ Result<std::optional<BoundaryModel>> build_surface(const HexMesh& mesh, const To
     return std::optional<BoundaryModel>(std::move(*model));
 }
 
+/// Flattens faces of the optimized mesh; its minimum stays, and so does a boundary that is fixed.
+Status flatten(HexMesh& mesh, const Topology& topology, const BoundaryModel* model, ImproveOutcome& outcome,
+               Context& context) {
+    const double least = compute_validity(mesh, context.parallel()).min_scaled_jacobian;
+    FlattenOptions how;
+    how.min_sj = std::max(how.min_sj, least);
+    how.last_min_sj = std::max(how.last_min_sj, least);
+    how.model = model;
+    how.slack_rel = kRound_rel;
+    auto flattened = flatten_faces(mesh, topology, how, context);
+    if (!flattened) return flattened.error();
+    outcome.warped = *flattened;
+    if (flattened->warped_after > 0) outcome.notes.push_back(describe_warped(*flattened));
+    return Done{};
+}
+
 } // namespace
 
 Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options, StageClock& clock,
@@ -143,8 +163,15 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
             return optimize_canonically(mesh, topology, *model, options, context, device);
         return optimize(mesh, topology, model, options.optimize, context, device);
     });
-    const bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
+    bool cancelled = !stats && stats.error().code == ErrorCode::cancelled;
     if (!stats && !cancelled) return restore(stats.error());
+    if (options.flatten && !cancelled) {
+        const Status done = clock.run("flatten", [&] {
+            return flatten(mesh, topology, surface->has_value() ? &**surface : nullptr, outcome, context);
+        });
+        cancelled = !done && done.error().code == ErrorCode::cancelled;
+        if (!done && !cancelled) return restore(done.error());
+    }
 
     context.report("quality after", 1);
     Context unhurried(context.parallel().threads(), context.seed()); // measures even after a cancel
@@ -158,7 +185,7 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
         outcome.deviation = *deviation;
     }
     outcome.verdict = cancelled ? ErrorCode::cancelled : verdict_of(outcome.after, options);
-    if (stats) {
+    if (stats && !cancelled) {
         outcome.notes.insert(outcome.notes.end(), stats->notes.begin(), stats->notes.end());
         outcome.stats = std::move(*stats);
     }

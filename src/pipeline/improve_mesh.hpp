@@ -8,6 +8,7 @@
 #include "mesh/hex_mesh.hpp"
 #include "mesh/triangle_soup.hpp"
 #include "pipeline/compute_place.hpp"
+#include "pipeline/flatten_faces.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "quality/mesh_quality.hpp"
 #include "stages/optimize/optimize.hpp"
@@ -26,6 +27,9 @@ struct ImproveOptions {
     const TriangleSoup* surface = nullptr; ///< what the boundary slides on; null: the mesh's own boundary
     ComputeRequest compute;
     std::optional<double> target_min_sj; ///< a minimum scaled Jacobian that the caller insists on
+    /// Flattens faces that solvers cannot cut into tetrahedra (flatten_faces()): no cell becomes worse than
+    /// it was and than the worst of the optimized mesh, and no quad comes farther from the surface.
+    bool flatten = false;
 };
 
 /// What became of a mesh.
@@ -37,8 +41,9 @@ struct ImproveOutcome {
     QualityReport before, after;
     std::optional<OptimizeStats> stats; ///< none where cancelled
     std::optional<Deviation>
-        deviation;                  ///< of the final boundary from the surface; none with a fixed boundary
-    std::vector<std::string> notes; ///< what the user should know, one sentence each
+        deviation; ///< of the final boundary from the surface; none with a fixed boundary
+    std::optional<FlattenReport> warped; ///< where asked for and not cancelled
+    std::vector<std::string> notes;      ///< what the user should know, one sentence each
 };
 
 /// The flow in memory: recognises hanging vertices, measures, optimizes and measures again. The mesh must be

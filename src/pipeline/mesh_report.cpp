@@ -155,10 +155,6 @@ json cad_json(const CadReport& r) {
             {"mean_after", r.mean_after}};
 }
 
-json warped_json(const FlattenReport& r) {
-    return {{"before", r.warped_before}, {"after", r.warped_after}, {"moved_vertices", r.moved}, {"slid_vertices", r.slid}};
-}
-
 json counts_json(const BufferCounts& c) {
     return {{"cells", c.cells},
             {"vertices", c.vertices},
@@ -227,7 +223,7 @@ nlohmann::json to_json(const MeshJob& job, const MeshJobResult& result) {
             {"reached", o.reached ? reach_json(*o.reached) : json(nullptr)},
             {"attempts", attempts_json(o.attempts)},
             {"cad", o.cad ? cad_json(*o.cad) : json(nullptr)},
-            {"warped_faces", o.warped ? warped_json(*o.warped) : json(nullptr)},
+            {"warped_faces", o.warped ? report::warped_json(*o.warped) : json(nullptr)},
             {"boundary_contacts", o.contacts.size()},
             {"deviation", report::deviation_json(o.deviation)},
             {"stages", report::stages_json(result.times)},

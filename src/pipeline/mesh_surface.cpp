@@ -124,13 +124,7 @@ void add_notes(const MeshOutcome& outcome, const Domain& domain, std::vector<std
             fmt::format("{} of {} boundary vertices were not moved all the way onto the exact CAD geometry, "
                         "for the cells there; they are at most {:.3g} from it.",
                         outcome.cad->held, outcome.cad->vertices, outcome.cad->largest_after));
-    if (outcome.warped && outcome.warped->warped_after > 0) {
-        const Point& p = outcome.warped->first_left;
-        notes.push_back(fmt::format(
-            "{} faces are so warped that no way of cutting them suits the cells on both sides "
-            "(lowQualityTetFaces of OpenFOAM's checkMesh), the first near ({:.6g}, {:.6g}, {:.6g}).",
-            outcome.warped->warped_after, p.x, p.y, p.z));
-    }
+    if (outcome.warped && outcome.warped->warped_after > 0) notes.push_back(describe_warped(*outcome.warped));
     if (outcome.stats) notes.insert(notes.end(), outcome.stats->notes.begin(), outcome.stats->notes.end());
 }
 

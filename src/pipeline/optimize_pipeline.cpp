@@ -69,6 +69,12 @@ Status check_places(const OptimizeJob& job) {
 
 } // namespace
 
+bool flattens(const OptimizeJob& job) {
+    if (job.flatten) return *job.flatten;
+    const auto format = format_of_name(job.output);
+    return format && *format == MeshFormat::openfoam;
+}
+
 Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& context) {
     if (auto status = check_places(job); !status) return status.error();
     StageClock clock;
@@ -77,6 +83,7 @@ Result<OptimizeJobResult> run_optimize_job(const OptimizeJob& job, Context& cont
     if (!file) return file.error();
 
     ImproveOptions improve = job.improve;
+    improve.flatten = flattens(job);
     TriangleSoup soup;
     if (!job.surface.empty()) {
         auto read = clock.run("read_surface", [&] { return read_surface(job.surface, context); });

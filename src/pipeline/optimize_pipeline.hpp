@@ -16,8 +16,12 @@ struct OptimizeJob {
     std::filesystem::path picture;                    ///< PNG of before and after
     std::filesystem::path html;                       ///< web page of the run
     ImproveOptions improve;
-    bool keep_best = false; ///< cancelled: write the best state reached
+    std::optional<bool> flatten; ///< sets improve.flatten; none: where the output is OpenFOAM's
+    bool keep_best = false;      ///< cancelled: write the best state reached
 };
+
+/// Whether the job's mesh gets its faces flattened.
+bool flattens(const OptimizeJob& job);
 
 struct OptimizeJobResult {
     ImproveOutcome outcome;

@@ -55,6 +55,7 @@ json options_json(const OptimizeJob& job) {
             {"feature_angle_deg", job.improve.features.feature_angle_deg},
             {"max_deviation_rel", o.max_deviation_rel},
             {"starts", o.starts},
+            {"flatten", flattens(job)},
             {"device", job.improve.compute.device},
             {"precision", compute::name_of(job.improve.compute.precision)},
             {"min_sj", job.improve.target_min_sj ? json(*job.improve.target_min_sj) : json(nullptr)},
@@ -78,6 +79,7 @@ nlohmann::json to_json(const OptimizeJob& job, const OptimizeJobResult& result) 
             {"quality_after", to_json(outcome.after)},
             {"optimizer", outcome.stats ? stats_json(*outcome.stats) : json(nullptr)},
             {"deviation", outcome.deviation ? deviation_json(*outcome.deviation) : json(nullptr)},
+            {"warped_faces", outcome.warped ? warped_json(*outcome.warped) : json(nullptr)},
             {"stages", stages_json(result.times)},
             {"notes", outcome.notes}};
 }

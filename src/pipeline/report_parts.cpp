@@ -39,6 +39,13 @@ json deviation_json(const Deviation& d) {
             {"curves_to_mesh", to_json(d.curves_to_mesh)}};
 }
 
+json warped_json(const FlattenReport& r) {
+    return {{"before", r.warped_before},
+            {"after", r.warped_after},
+            {"moved_vertices", r.moved},
+            {"slid_vertices", r.slid}};
+}
+
 json stages_json(const std::vector<StageTime>& times) {
     json stages = json::array();
     for (const StageTime& time : times)

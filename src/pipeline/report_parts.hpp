@@ -1,6 +1,7 @@
 #pragma once
 
 #include "domain/deviation.hpp"
+#include "pipeline/flatten_faces.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "stages/optimize/optimize.hpp"
 
@@ -12,6 +13,7 @@ namespace hexopt::report {
 
 nlohmann::json stats_json(const OptimizeStats& stats);
 nlohmann::json deviation_json(const Deviation& deviation);
+nlohmann::json warped_json(const FlattenReport& report);
 nlohmann::json stages_json(const std::vector<StageTime>& times);
 /// null where the value is not finite.
 nlohmann::json finite_or_null(double value);

@@ -484,6 +484,18 @@ class OpenFoam(Command):
         self.assertEqual(result.returncode, OK, result.stderr)
         self.check(case)
 
+    def test_faces_of_optimized_meshes_are_flattened_for_openfoam(self):
+        mesh = self.make("in.vtu", "octree-ball", "--size", 4, "--tangled", 0.2)
+        report = self.path("report.json")
+        for output, choice, flattened in (("a.foam", (), True), ("b.foam", ("--flatten", "no"), False),
+                                          ("c.vtu", (), False), ("d.vtu", ("--flatten", "yes"), True)):
+            result = run("optimize", mesh, self.case(output[0]) / output, *choice, "--report", report)
+            self.assertEqual(result.returncode, OK, result.stderr)
+            told = json.loads(report.read_text())
+            self.assertEqual(told["options"]["flatten"], flattened)
+            self.assertEqual(told["warped_faces"] is not None, flattened)
+            self.assertEqual("flatten" in [stage["stage"] for stage in told["stages"]], flattened)
+
 
 class Device(Command):
     def test_unknown_device(self):

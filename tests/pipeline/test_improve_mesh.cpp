@@ -267,3 +267,32 @@ TEST_CASE("a line that the mesh does not follow is refused, or named where the s
         return note.find("1 feature lines are followed by no edges of the mesh: cut.csv near") == 0;
     }));
 }
+
+TEST_CASE("faces of an improved mesh are flattened where asked for, and its worst cell stays") {
+    // Two cells, one upon the other, whose common face is warped along the edges of their prism.
+    HexMesh start;
+    for (int z = 0; z < 3; ++z)
+        for (const auto& [x, y] : {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)})
+            start.positions.emplace_back(x, y, z);
+    start.cells = {{0, 1, 2, 3, 4, 5, 6, 7}, {4, 5, 6, 7, 8, 9, 10, 11}};
+    for (Index k = 0; k < 4; ++k) start.positions[4 + k].z = 1 + (k % 2 == 0 ? 0.55 : -0.55);
+    double least = -1;
+    for (const bool flatten : {false, true}) {
+        HexMesh mesh = start;
+        ImproveOptions options;
+        options.flatten = flatten;
+        options.optimize.time_limit_s = 1e-9; // ends as it began
+        StageClock clock;
+        Context context(1);
+        const auto outcome = improve_mesh(mesh, options, clock, context);
+        REQUIRE(outcome);
+        REQUIRE(outcome->warped.has_value() == flatten);
+        if (flatten) {
+            CHECK(outcome->warped->warped_before == 1);
+            CHECK(outcome->warped->warped_after == 0);
+            CHECK(outcome->deviation->largest_rel() < 1e-9);
+        }
+        CHECK(outcome->after.validity.min_scaled_jacobian >= least);
+        least = outcome->after.validity.min_scaled_jacobian;
+    }
+}

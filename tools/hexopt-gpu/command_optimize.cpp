@@ -118,6 +118,9 @@ void add_termination_options(CLI::App& command, Arguments& arguments) {
     command.add_option("--time", o.time_limit_s, "Stop after this many seconds")->check(CLI::PositiveNumber);
     command.add_option("--iterations", o.max_iterations, "Stop after this many steps and sweeps")
         ->check(CLI::Range(1, 1000000));
+    add_choice<std::optional<bool>>(
+        command, "--flatten", arguments.job.flatten, {{"yes", true}, {"no", false}},
+        "Whether faces that OpenFOAM cannot cut into tetrahedra are flattened [yes for OpenFOAM]");
     command.add_flag("--keep-best", arguments.job.keep_best,
                      "Interrupted: write the best mesh reached so far");
 }
