@@ -24,6 +24,9 @@ constexpr double kFlat = 1e-9, kSound = 2e-4, kMended = 1e-3;
 constexpr std::array<double, 5> kShares = {0.5, 0.25, 0.75, 1, 1.25};
 constexpr int kRounds = 4;  ///< over the faces that are left
 constexpr int kPasses = 20; ///< over the vertices round a face, with steps of one length
+/// Steps looked for once moves that mend nothing are taken back, and again once vertices slide: so many, and
+/// so many for each cell of the mesh. Where dozens of low cells surround warped faces most are in vain.
+constexpr double kTries = 20e3, kTriesPerCell = 0.1;
 /// By how much of itself a step must raise what it is to raise.
 constexpr double kLeastRise = 1e-3;
 /// Cells worse than a limit by up to this are raised where they are in the way.
@@ -55,6 +58,7 @@ class FaceFlattener {
         if (done && !warped_.empty()) {
             min_sj_ = std::min(min_sj_, options_.last_min_sj);
             keeps_parts_ = false; // worse cells for nothing
+            renew_tries();
             done = mend_all(context);
         }
         if (done) drop_sound();
@@ -99,6 +103,7 @@ class FaceFlattener {
         const std::vector<std::size_t> left = warped_;
         const std::size_t moved = moved_;
         surface_.emplace(mesh_, topology_, *options_.model);
+        renew_tries();
         Status done = mend_all(context);
         surface_.reset();
         if (!done) mesh_.positions = start; // which touches nothing
@@ -114,6 +119,11 @@ class FaceFlattener {
         for (Index v = 0; v < mesh_.vertex_count(); ++v)
             slid_ += topology_.on_boundary[v] && mesh_.positions[v] != start[v];
         return Done{};
+    }
+
+    void renew_tries() {
+        tries_left_ =
+            static_cast<std::size_t>(kTries + kTriesPerCell * static_cast<double>(mesh_.cell_count()));
     }
 
     void collect_followers() {
@@ -250,6 +260,8 @@ class FaceFlattener {
     /// whether there is one.
     template <class Value>
     bool nudge(Index v, double step, const Value& value) {
+        if (!keeps_parts_ && tries_left_ == 0) return false;
+        if (!keeps_parts_) --tries_left_;
         const Surroundings round = look_round(std::span(&v, 1));
         const double length = step * shortest_edge(round.cells);
         const Point from = mesh_.positions[v];
@@ -384,6 +396,7 @@ class FaceFlattener {
     bool keeps_parts_ = true;             ///< moves that did not mend their face may help the next round
     std::vector<std::size_t> warped_;     ///< left; what mends one warps no other
     std::map<Index, std::vector<Index>> followers_; ///< rows of Hanging of what hangs on a vertex
+    std::size_t tries_left_ = 0;                    ///< of nudge(), once parts are not kept
     std::size_t moved_ = 0, slid_ = 0;
 };
 
