@@ -101,6 +101,16 @@ Result<std::optional<BoundaryModel>> build_surface(const HexMesh& mesh, const To
     return std::optional<BoundaryModel>(std::move(*model));
 }
 
+/// The band bounds the distance from the surface; along it feature lines may go farther.
+void note_far_features(double max_deviation_rel, ImproveOutcome& outcome) {
+    const Deviation& d = *outcome.deviation;
+    if (!(max_deviation_rel > 0) || !(d.feature_largest() > max_deviation_rel * d.diagonal)) return;
+    outcome.notes.push_back(fmt::format(
+        "Feature lines and corners moved by up to {:.3g} ({:.2g} of the diagonal), along the surface "
+        "more than --max-deviation-rel lets the boundary leave it; 0 keeps them exact.",
+        d.feature_largest(), d.feature_largest() / d.diagonal));
+}
+
 /// Flattens faces of the optimized mesh; its minimum stays, and so does a boundary that is fixed.
 Status flatten(HexMesh& mesh, const Topology& topology, const BoundaryModel* model, ImproveOutcome& outcome,
                Context& context) {
@@ -183,6 +193,7 @@ Result<ImproveOutcome> improve_mesh(HexMesh& mesh, const ImproveOptions& options
             "deviation", [&] { return measure_deviation(mesh, topology, **surface, {}, unhurried); });
         if (!deviation) return restore(deviation.error());
         outcome.deviation = *deviation;
+        note_far_features(options.optimize.max_deviation_rel, outcome);
     }
     outcome.verdict = cancelled ? ErrorCode::cancelled : verdict_of(outcome.after, options);
     if (stats && !cancelled) {

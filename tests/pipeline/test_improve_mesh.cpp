@@ -268,6 +268,25 @@ TEST_CASE("a line that the mesh does not follow is refused, or named where the s
     }));
 }
 
+TEST_CASE("features that go farther along the surface than the boundary may leave it are told") {
+    for (const auto& [rel, far] : {std::pair(0.01, true), std::pair(0.03, false)}) {
+        HexMesh mesh = tangled_mesh("octree-warped", 0.3, 5);
+        ImproveOptions options;
+        options.optimize.max_deviation_rel = rel;
+        StageClock clock;
+        Context context(1);
+        const auto outcome = improve_mesh(mesh, options, clock, context);
+        REQUIRE(outcome);
+        REQUIRE(outcome->deviation);
+        CHECK(outcome->deviation->largest_rel() < 1.03 * rel);
+        CHECK((outcome->deviation->feature_largest() > rel * outcome->deviation->diagonal) == far);
+        const auto& notes = outcome->notes;
+        CHECK(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+                  return note.find("Feature lines and corners moved") != std::string::npos;
+              }) == far);
+    }
+}
+
 TEST_CASE("faces of an improved mesh are flattened where asked for, and its worst cell stays") {
     // Two cells, one upon the other, whose common face is warped along the edges of their prism.
     HexMesh start;
