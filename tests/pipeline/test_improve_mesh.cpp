@@ -270,7 +270,7 @@ TEST_CASE("a line that the mesh does not follow is refused, or named where the s
 
 TEST_CASE("features that go farther along the surface than the boundary may leave it are told") {
     for (const auto& [rel, far] : {std::pair(0.01, true), std::pair(0.03, false)}) {
-        HexMesh mesh = tangled_mesh("octree-warped", 0.3, 5);
+        HexMesh mesh = tangled_mesh("octree-warped", 0.3, 3);
         ImproveOptions options;
         options.optimize.max_deviation_rel = rel;
         StageClock clock;
